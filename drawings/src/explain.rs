@@ -4,7 +4,6 @@ use std::collections::HashSet;
 use std::fmt::Write;
 
 use crate::drawing::Drawing;
-use crate::fault::Fault;
 use crate::pattern::{LARGEST_COORDINATE, Pattern, bounds};
 use crate::svg::{color, line};
 
@@ -23,41 +22,60 @@ const TEXT: f64 = 1.0 / 50.0;
 const LETTER: f64 = 0.55;
 const LABEL: usize = 45;
 
-/// Colours of the circles, which no role has.
-const WRONG: &str = "#b00020";
-const DOUBTFUL: &str = "#e07b00";
-const MENDED: &str = "#007a87";
-
-/// What is circled for one reason.
-struct Note<'a> {
-    color: &'static str,
-    kind: &'static str,
-    message: &'a str,
-    hint: Option<&'a str>,
-    /// Usable points, each once.
-    at: Vec<[f64; 2]>,
+/// What a picture shows for one reason.
+#[derive(Clone, Debug)]
+pub struct Mark {
+    /// How bad it is.
+    pub kind: MarkKind,
+    /// Message of one line.
+    pub message: String,
+    /// How to correct it.
+    pub hint: Option<String>,
+    /// Points of the drawing at which it is, in units of the drawing.
+    pub at: Vec<[f64; 2]>,
 }
 
-/// Returns an SVG of a drawing. Circles show where it is wrong (red), doubtful (orange), and what was
-/// mended in the pattern (blue-green); below the drawing are the messages, by number.
-pub fn explain(drawing: &Drawing, pattern: Option<&Pattern>, faults: &[Fault]) -> String {
-    let notes = notes(pattern, faults);
+/// How bad is what a mark shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MarkKind {
+    /// The drawing is wrong; red.
+    Error,
+    /// It is doubtful; orange.
+    Warning,
+    /// It was mended, or is worth to know; blue-green.
+    Note,
+}
+
+impl MarkKind {
+    /// The colour, which no role has, and the word.
+    fn shown(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Error => ("#b00020", "error"),
+            Self::Warning => ("#e07b00", "warning"),
+            Self::Note => ("#007a87", "note"),
+        }
+    }
+}
+
+/// Returns an SVG of a drawing, and of its facets if they are known, with circles at the points of the
+/// marks; below the drawing are the messages, by number.
+pub fn explain(drawing: &Drawing, pattern: Option<&Pattern>, marks: &[Mark]) -> String {
     let strokes: Vec<_> =
         drawing.strokes.iter().filter(|stroke| stroke.ends.iter().all(usable)).collect();
     let points = strokes.iter().flat_map(|stroke| stroke.ends);
-    let (low, high) = bounds(points.chain(notes.iter().flat_map(|note| &note.at).copied()));
+    let (low, high) = bounds(points.chain(marks.iter().flat_map(|mark| distinct(&mark.at))));
     let size = (high[0] - low[0]).max(high[1] - low[1]);
     // Without points, the size is not a finite number.
     let empty = size <= 0.0 || !size.is_finite();
     let (low, size) = if empty { ([0.0; 2], 1.0) } else { (low, size) };
     let high = if empty { [1.0; 2] } else { high };
     let margin = 2.0 * RADIUS * size;
-    let rows = notes.iter().map(|note| 1 + usize::from(note.hint.is_some())).sum::<usize>();
+    let rows = marks.iter().map(|mark| 1 + usize::from(mark.hint.is_some())).sum::<usize>();
     let legend = (rows + 1) as f64 * 1.5 * TEXT * size;
     let [x, y] = [low[0] - margin, -high[1] - margin];
     let [w, h] = [0, 1].map(|axis| high[axis] - low[axis] + 2.0 * margin);
     // Messages are longer than a small drawing is wide.
-    let longest = notes.iter().map(|note| note.message.chars().count()).max().unwrap_or(0);
+    let longest = marks.iter().map(|mark| mark.message.chars().count()).max().unwrap_or(0);
     let w = w.max((longest + LABEL) as f64 * LETTER * TEXT * size);
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{x} {y} {w} {}\">\n\
@@ -73,35 +91,12 @@ pub fn explain(drawing: &Drawing, pattern: Option<&Pattern>, faults: &[Fault]) -
         _ = writeln!(text, "{}", line(stroke.ends, &format!("stroke=\"{}\"", color(stroke.role))));
     }
     text.push_str("</g>\n");
-    for (index, note) in notes.iter().enumerate() {
-        circles(&mut text, index + 1, note, size);
+    for (index, mark) in marks.iter().enumerate() {
+        circles(&mut text, index + 1, mark, size);
     }
-    messages(&mut text, &notes, [x + margin, y + h], TEXT * size);
+    messages(&mut text, &marks, [x + margin, y + h], TEXT * size);
     text.push_str("</svg>\n");
     text
-}
-
-fn notes<'a>(pattern: Option<&'a Pattern>, faults: &'a [Fault]) -> Vec<Note<'a>> {
-    let of_fault = |kind: &'static str, color: &'static str| {
-        move |fault: &'a Fault| Note {
-            color,
-            kind,
-            message: &fault.message,
-            hint: fault.hint.as_deref(),
-            at: distinct(&fault.at),
-        }
-    };
-    let wrong = faults.iter().map(of_fault("wrong", WRONG));
-    let doubts = pattern.map_or(&[][..], |pattern| &pattern.doubts);
-    let mended = pattern.map_or(&[][..], |pattern| &pattern.mended);
-    let mended = mended.iter().map(|mended| Note {
-        color: MENDED,
-        kind: "mended",
-        message: &mended.message,
-        hint: None,
-        at: distinct(&mended.at),
-    });
-    wrong.chain(doubts.iter().map(of_fault("doubtful", DOUBTFUL))).chain(mended).collect()
 }
 
 /// Whether a point can be drawn.
@@ -131,15 +126,15 @@ fn facets(text: &mut String, pattern: &Pattern) {
     text.push_str("\"/>\n");
 }
 
-fn circles(text: &mut String, number: usize, note: &Note<'_>, size: f64) {
-    let color = note.color;
+fn circles(text: &mut String, number: usize, mark: &Mark, size: f64) {
+    let (color, _) = mark.kind.shown();
     _ = writeln!(
         text,
         "<g fill=\"none\" stroke=\"{color}\" stroke-width=\"{}\">\n<title>{number}: {}</title>",
         LINE * size,
-        escaped(note.message)
+        escaped(&mark.message)
     );
-    for [x, y] in note.at.iter().take(MOST_CIRCLES) {
+    for [x, y] in distinct(&mark.at).into_iter().take(MOST_CIRCLES) {
         let y = -y + 0.0;
         let radius = RADIUS * size;
         _ = writeln!(text, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>");
@@ -155,22 +150,23 @@ fn circles(text: &mut String, number: usize, note: &Note<'_>, size: f64) {
     text.push_str("</g>\n");
 }
 
-fn messages(text: &mut String, notes: &[Note<'_>], [x, mut y]: [f64; 2], height: f64) {
+fn messages(text: &mut String, marks: &[Mark], [x, mut y]: [f64; 2], height: f64) {
     _ = writeln!(text, "<g font-family=\"sans-serif\" font-size=\"{height}\">");
-    for (index, note) in notes.iter().enumerate() {
-        let hidden = note.at.len().saturating_sub(MOST_CIRCLES);
+    for (index, mark) in marks.iter().enumerate() {
+        let hidden = distinct(&mark.at).len().saturating_sub(MOST_CIRCLES);
         let more =
             if hidden > 0 { format!(" ({hidden} more are not circled)") } else { String::new() };
         y += 1.5 * height;
+        let (color, kind) = mark.kind.shown();
         _ = writeln!(
             text,
             "<text x=\"{x}\" y=\"{y}\" fill=\"{}\">{}, {}: {}{more}</text>",
-            note.color,
+            color,
             index + 1,
-            note.kind,
-            escaped(note.message)
+            kind,
+            escaped(&mark.message)
         );
-        if let Some(hint) = note.hint {
+        if let Some(hint) = &mark.hint {
             y += 1.5 * height;
             let hint = escaped(hint);
             _ = writeln!(

@@ -25,7 +25,7 @@ mod sketch;
 pub mod svg;
 
 pub use drawing::{Drawing, Ignored, Place, Role, Stroke};
-pub use explain::explain;
+pub use explain::{Mark, MarkKind, explain};
 pub use fault::{Cause, Fault};
 pub use pattern::{Edge, EdgeId, Facet, FacetId, LARGEST_COORDINATE, Mended, Pattern, VertexId};
 pub use reading::{Format, Reading, read};

@@ -1,6 +1,6 @@
 //! What drawings mean, and what is mended or refused in them.
 
-use lamc_drawings::{Cause, Drawing, Fault, Pattern, Place, Role, Stroke, explain};
+use lamc_drawings::{Cause, Drawing, Fault, Mark, MarkKind, Pattern, Place, Role, Stroke, explain};
 
 const B: Role = Role::Border;
 const M: Role = Role::Mountain;
@@ -351,21 +351,27 @@ fn lines_on_one_straight_line_enclose_nothing() {
 #[test]
 fn pictures_of_faults_are_whole() {
     let wrong = drawing(&[(B, &SQUARE), (V, &[[f64::NAN, 0.0], [1.0, f64::INFINITY]])]);
-    let fault = Fault {
-        cause: Cause::Number,
+    let mark = Mark {
+        kind: MarkKind::Error,
         message: "a < b & \"c\"\u{1}".to_owned(),
-        place: None,
         at: vec![[5.0, 5.0], [f64::NAN, 0.0]],
         hint: None,
     };
-    let picture = explain(&wrong, None, &[fault]);
+    let picture = explain(&wrong, None, &[mark]);
     assert_eq!(picture.matches("<circle").count(), 1);
     assert!(picture.contains("a &lt; b &amp; &quot;c&quot;?"));
     assert!(!picture.contains("NaN") && !picture.contains("inf"));
     let mended = drawing(&[(B, &SQUARE), (V, &[[5.0, 0.05], [5.0, 10.0]])]);
     let pattern = Pattern::of(&mended, Some(0.1)).expect("the drawing is right");
-    let picture = explain(&mended, Some(&pattern), &[]);
+    let [end] = pattern.mended.as_slice() else { panic!("{:?}", pattern.mended) };
+    let mark = Mark {
+        kind: MarkKind::Note,
+        message: end.message.clone(),
+        at: end.at.clone(),
+        hint: Some("draw it longer".into()),
+    };
+    let picture = explain(&mended, Some(&pattern), &[mark]);
     assert_eq!(picture.matches("<circle").count(), 1);
-    assert!(picture.contains("1, mended: 1 end was moved"));
+    assert!(picture.contains("1, note: 1 end was moved") && picture.contains("draw it longer"));
     assert!(explain(&Drawing::default(), None, &[]).contains("</svg>"));
 }

@@ -44,7 +44,7 @@ pub enum Severity {
 }
 
 /// A message about the source text.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
     /// Error, warning or note.
     pub severity: Severity,
@@ -62,6 +62,8 @@ pub struct Diagnostic {
     pub hint: Option<String>,
     /// The file that the positions are in, if it is not that of the model: a drawing.
     pub file: Option<Arc<SourceFile>>,
+    /// The points of a drawing that it is about, in the drawing's units.
+    pub points: Vec<[f64; 2]>,
 }
 
 impl Diagnostic {
@@ -76,6 +78,7 @@ impl Diagnostic {
             also: None,
             hint: None,
             file: None,
+            points: Vec::new(),
         }
     }
 
@@ -114,7 +117,7 @@ impl Diagnostic {
 }
 
 /// All diagnostics of one model, reported together.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {

@@ -68,10 +68,15 @@ pub fn depart(problem: &mut Problem) -> Result<State, Stuck> {
         }
     }
     let (_, q) = nearest.unwrap_or_default();
-    let placed = problem.equations.place(&q);
+    Err(stuck(problem, &q))
+}
+
+/// Returns what keeps the sheet flat, judged by the state that came nearest.
+pub fn stuck(problem: &Problem, q: &[f64]) -> Stuck {
+    let placed = problem.equations.place(q);
     let mut loops: Vec<usize> = (0..placed.len()).filter(|l| placed[*l].open > CLOSED).collect();
     loops.sort_by(|a, b| placed[*b].open.total_cmp(&placed[*a].open));
-    Err(Stuck { loops, joints: stays_flat(problem, &q) })
+    Stuck { loops, joints: stays_flat(problem, q) }
 }
 
 /// Returns the joints with a target that do not bend to its side.

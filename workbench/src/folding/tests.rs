@@ -1,5 +1,7 @@
 //! Folds against closed forms, the conditions of the nearest state, and sheets that do not fold.
 
+mod locks;
+
 use std::f64::consts::PI;
 use std::fmt::Write;
 

@@ -97,8 +97,9 @@ impl Lowering<'_> {
         let reading = Reading { layers, ..Reading::default() };
         let (drawn, scale) = self.drawing(&path, file, &reading, scale?, tolerance)?;
         let (links, fixed) = (links(declared.joints), fixed_names(declared.bodies));
+        let ground = (ground?, fields.get("ground").map(|node| node.span));
         let sheet =
-            Sheet::of(&drawn, triangulate?, ground?, (&links, &fixed), &mut self.diagnostics)?;
+            Sheet::of(&drawn, triangulate?, ground, (&links, &fixed), &mut self.diagnostics)?;
         self.declare(&sheet, declared)?;
         let settings = Settings { scale, fold: fold?, crease: crease? };
         Some(Some(Patterned { drawn, sheet, settings, span: path.span }))

@@ -7,7 +7,7 @@ use lamc_drawings::{Edge, FacetId, Role, VertexId};
 use super::creases::{Line, is_crease};
 use super::outlines::{self, Rings};
 use super::sheet::{Part, Sheet};
-use super::{Crease, CreaseSpring, Drawn, Settings, bending, faults, gaps};
+use super::{Crease, CreaseSpring, Drawn, Settings, bending, gaps};
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Diagnostics, Severity, Span, Spanned};
 use crate::source::expression::{Expression, Operator};
@@ -119,9 +119,12 @@ impl Builder<'_> {
                 1 => "nothing is left of a facet between its creases".to_owned(),
                 count => format!("nothing is left of {count} facets between their creases"),
             };
-            let message = faults::placed(&what, &vanished);
-            let warning = drawn.finding(Severity::Warning, codes::WIDE_CREASE, None, message);
-            found.push(warning.hint("they have the flexible layer only: give a smaller `width`"));
+            let warning = drawn.finding(Severity::Warning, codes::WIDE_CREASE, None, what);
+            found.push(
+                warning
+                    .at(vanished)
+                    .hint("they have the flexible layer only: give a smaller `width`"),
+            );
         }
         Some(bodies)
     }
@@ -141,9 +144,8 @@ impl Builder<'_> {
         }
         let message =
             format!("a facet has {longest} vertices, but lamc reads at most {MAX_VERTICES}");
-        let message = faults::placed(&message, &[part.centre]);
         let error = drawn.finding(Severity::Error, codes::TOO_MANY_VERTICES, None, message);
-        found.push(error.hint("draw curves with fewer points"));
+        found.push(error.at(vec![part.centre]).hint("draw curves with fewer points"));
         None
     }
 

@@ -67,8 +67,6 @@ pub(in crate::source) struct Unusable {
     pub found: Diagnostics,
     /// Its lines.
     pub drawing: Drawing,
-    /// What is wrong with them.
-    pub faults: Vec<Fault>,
 }
 
 /// The lines of a drawing, before their planar graph is made.
@@ -112,7 +110,7 @@ impl Lines {
             Ok(pattern) => Ok(Drawn { file, is_text, drawing, pattern, tolerance }),
             Err(faults) => {
                 let found = faults::errors(&faults, &file, is_text);
-                Err(Box::new(Unusable { found, drawing, faults }))
+                Err(Box::new(Unusable { found, drawing }))
             }
         }
     }
@@ -155,8 +153,9 @@ impl Drawn {
     pub fn notes(&self) -> Diagnostics {
         let mut notes = faults::doubts(&self.pattern.doubts, &self.file, self.is_text);
         for mended in &self.pattern.mended {
-            let message = faults::placed(&mended.message, &mended.at);
-            notes.push(self.finding(Severity::Note, codes::MENDED, Some(mended.place), message));
+            let message = mended.message.clone();
+            let note = self.finding(Severity::Note, codes::MENDED, Some(mended.place), message);
+            notes.push(note.at(mended.at.clone()));
         }
         for ignored in &self.drawing.ignored {
             let message = match ignored.count {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lamc_drawings::{Cause, Fault};
+use lamc_drawings::{Cause, Fault, Mark, MarkKind};
 
 use crate::source::codes::{self, Code};
 use crate::source::diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span};
@@ -48,14 +48,37 @@ fn diagnostics(
             span: place.map(|place| Span { start: place.start, end: place.end }),
             file: Some(file.clone()),
             hint: fault.hint.clone(),
-            ..Diagnostic::whole_file(code(fault.cause), placed(&fault.message, &fault.at))
+            ..Diagnostic::whole_file(code(fault.cause), &fault.message)
         }
+        .at(fault.at.clone())
     };
     Diagnostics(faults.iter().map(diagnostic).collect())
 }
 
+impl Diagnostic {
+    /// Adds the points that it is about, of which the message lists some.
+    pub(super) fn at(self, points: Vec<[f64; 2]>) -> Self {
+        Self { message: placed(&self.message, &points), points, ..self }
+    }
+
+    /// The mark of a picture that shows what is wrong with a drawing.
+    pub(super) fn mark(&self) -> Mark {
+        let kind = match self.severity {
+            Severity::Error => MarkKind::Error,
+            Severity::Warning => MarkKind::Warning,
+            Severity::Note => MarkKind::Note,
+        };
+        Mark {
+            kind,
+            message: self.message.clone(),
+            hint: self.hint.clone(),
+            at: self.points.clone(),
+        }
+    }
+}
+
 /// A message with the points that it is about: `2 ends were joined, at (12.5, 30), (40, 30)`.
-pub(super) fn placed(message: &str, points: &[[f64; 2]]) -> String {
+fn placed(message: &str, points: &[[f64; 2]]) -> String {
     if points.is_empty() {
         return message.to_owned();
     }

@@ -9,7 +9,7 @@
 //!   origami*, Int. J. Solids Struct. 124 (2017), give some tens of millimetres for paper.
 //! - With a width, the sheet is card, film, card, and the film is what bends: a beam across the gap.
 
-use lamc_drawings::{Reading, Role};
+use lamc_drawings::{Drawing, Mark, Pattern, Reading, Role};
 
 use super::bending::POISSON;
 use super::build::Stack;
@@ -17,7 +17,7 @@ use super::drawn::{Bytes, Drawn, Lines};
 use super::sheet::Sheet;
 use super::{Crease, CreaseSpring, Ground, Settings};
 use crate::source::codes;
-use crate::source::diagnostic::{Diagnostics, Severity, Span, Spanned};
+use crate::source::diagnostic::{Diagnostic, Diagnostics, Severity, Span, Spanned};
 use crate::source::expression::Expression;
 use crate::source::model::{Material, SourceModel};
 use crate::source::{popupcad, to_yaml};
@@ -78,7 +78,7 @@ pub fn import(path: &str, bytes: Vec<u8>, name: &str, options: &Options) -> Impo
     let drawn = match lines.drawn(options.tolerance.map(|tolerance| tolerance / scale)) {
         Ok(drawn) => drawn,
         Err(wrong) => {
-            let explanation = lamc_drawings::explain(&wrong.drawing, None, &wrong.faults);
+            let explanation = explanation(&wrong.drawing, None, &wrong.found);
             return failed(wrong.found, Some(explanation));
         }
     };
@@ -89,13 +89,18 @@ pub fn import(path: &str, bytes: Vec<u8>, name: &str, options: &Options) -> Impo
         found.push(warning.hint("give the length of one unit, as in `--scale 0.1mm`"));
     }
     let model = model(&drawn, name, scale, options, &mut found);
-
+    let explanation = explanation(&drawn.drawing, Some(&drawn.pattern), &found);
     Imported {
         yaml: model.map(|model| comment(&drawn, scale, options) + to_yaml(&model).as_str()),
         summary: Some(summary(&drawn)),
         found,
-        explanation: Some(lamc_drawings::explain(&drawn.drawing, Some(&drawn.pattern), &[])),
+        explanation: Some(explanation),
     }
+}
+
+fn explanation(drawing: &Drawing, pattern: Option<&Pattern>, found: &Diagnostics) -> String {
+    let marks: Vec<Mark> = found.0.iter().map(Diagnostic::mark).collect();
+    lamc_drawings::explain(drawing, pattern, &marks)
 }
 
 fn model(
@@ -105,7 +110,7 @@ fn model(
     options: &Options,
     found: &mut Diagnostics,
 ) -> Option<SourceModel> {
-    let sheet = Sheet::of(drawn, options.triangulate, options.ground, (&[], &[]), found)?;
+    let sheet = Sheet::of(drawn, options.triangulate, (options.ground, None), (&[], &[]), found)?;
     let materials = vec![material(CARD), material(FILM)];
     // Without a gap, nothing is made of film.
     let (materials, layup) = match options.crease_width > 0.0 {

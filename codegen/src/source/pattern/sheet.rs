@@ -10,7 +10,7 @@ use super::outlines;
 use super::{Drawn, Ground, faults};
 use crate::arithmetic::hypot;
 use crate::source::codes;
-use crate::source::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::source::diagnostic::{Diagnostic, Diagnostics, Severity, Span};
 
 /// Areas that differ by less than this part are equal: they come from rounded coordinates.
 const SAME_AREA: f64 = 1e-6;
@@ -42,11 +42,12 @@ pub(in crate::source) struct Sheet {
 
 impl Sheet {
     /// Finds the parts and creases of a drawing, without those that nothing connects with the ground. `links`
-    /// are the joints of the model, and `fixed` its fixed bodies.
+    /// are the joints of the model, and `fixed` its fixed bodies. `at` is where the model says which facet is
+    /// fixed.
     pub fn of(
         drawn: &Drawn,
         triangulate: bool,
-        ground: Ground,
+        (ground, at): (Ground, Option<Span>),
         (links, fixed): (&[Link], &[&str]),
         found: &mut Diagnostics,
     ) -> Option<Self> {
@@ -72,7 +73,7 @@ impl Sheet {
             Ground::Around(point) => {
                 sheet.ground = sheet.around(point);
                 if sheet.ground.is_none() {
-                    found.push(sheet.no_ground(drawn, point));
+                    found.push(sheet.no_ground(drawn, point, at));
                     return None;
                 }
             }
@@ -136,15 +137,20 @@ impl Sheet {
         self.parts.iter().position(is_around)
     }
 
-    fn no_ground(&self, drawn: &Drawn, point: [f64; 2]) -> Diagnostic {
+    fn no_ground(&self, drawn: &Drawn, point: [f64; 2], at: Option<Span>) -> Diagnostic {
         let message = format!("no facet is around the point {} of `ground`", faults::shown(point));
-        let error = drawn.finding(Severity::Error, codes::NO_GROUND, None, message);
+        let error = match at {
+            Some(span) => Diagnostic::error(codes::NO_GROUND, span, message),
+            None => drawn.finding(Severity::Error, codes::NO_GROUND, None, message),
+        };
         let distance = |part: &&Part| hypot(part.centre[0] - point[0], part.centre[1] - point[1]);
         let nearest = self.parts.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let nearest = nearest.map_or(String::new(), |part| {
             format!("; the nearest facet has its middle at {}", faults::shown(part.centre))
         });
-        error.hint(format!("the point is in units of the drawing, with y upwards{nearest}"))
+        error
+            .at(vec![point])
+            .hint(format!("the point is in units of the drawing, with y upwards{nearest}"))
     }
 
     /// Leaves out the pieces that nothing connects with the ground, and says where they are.
@@ -164,22 +170,21 @@ impl Sheet {
         if !loose.is_empty() {
             let points: Vec<[f64; 2]> = loose.keys().map(|part| self.parts[*part].centre).collect();
             let facets: usize = loose.values().map(Vec::len).sum();
-            let message = faults::placed(
-                &match (loose.len(), facets) {
-                    (1, 1) => "a facet is not connected with the ground and is left out".into(),
-                    (1, _) => format!(
-                        "a piece of {facets} facets is not connected with the ground and is left out"
-                    ),
-                    (pieces, _) => format!(
-                        "{pieces} pieces of {facets} facets are not connected with the ground and are \
-                         left out"
-                    ),
-                },
-                &points,
-            );
+            let message = match (loose.len(), facets) {
+                (1, 1) => "a facet is not connected with the ground and is left out".into(),
+                (1, _) => format!(
+                    "a piece of {facets} facets is not connected with the ground and is left out"
+                ),
+                (pieces, _) => format!(
+                    "{pieces} pieces of {facets} facets are not connected with the ground and are \
+                     left out"
+                ),
+            };
             let place = self.place_of(self.parts[*loose.keys().next().unwrap_or(&0)].facet);
             let warning = drawn.finding(Severity::Warning, codes::LOOSE_PIECE, place, message);
-            found.push(warning.hint("creases connect facets, cuts and borders separate them"));
+            found.push(
+                warning.at(points).hint("creases connect facets, cuts and borders separate them"),
+            );
         }
         let mut kept = vec![None; self.parts.len()];
         let mut parts = Vec::new();
@@ -255,9 +260,9 @@ impl Sheet {
                 1 => "the pieces of a crease have different angles".to_owned(),
                 count => format!("the pieces of {count} creases have different angles"),
             };
-            let (message, place) = (faults::placed(&what, &points), Some(first.place));
-            let warning = drawn.finding(Severity::Warning, codes::MIXED_CREASE, place, message);
-            found.push(warning.hint("the angle of the longest piece is taken"));
+            let place = Some(first.place);
+            let warning = drawn.finding(Severity::Warning, codes::MIXED_CREASE, place, what);
+            found.push(warning.at(points).hint("the angle of the longest piece is taken"));
         }
         let mut shared: BTreeMap<[usize; 2], Vec<&Line>> = BTreeMap::new();
         self.lines.iter().for_each(|line| shared.entry(line.parts).or_default().push(line));
@@ -274,8 +279,9 @@ impl Sheet {
                      one line"
                 ),
             };
-            let (message, place) = (faults::placed(&what, &points), Some(first[0].place));
-            found.push(drawn.finding(Severity::Note, codes::LOCKED_FACETS, place, message));
+            let place = Some(first[0].place);
+            let note = drawn.finding(Severity::Note, codes::LOCKED_FACETS, place, what);
+            found.push(note.at(points));
         }
     }
 

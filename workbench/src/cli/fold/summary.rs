@@ -194,9 +194,12 @@ fn flat(fold: &Fold, stuck: &Stuck) -> String {
     let why = match (&alone[..], &stuck.loops[..]) {
         ([vertex], _) => format!("{} does not close with these signs", fold.loop_name(*vertex)),
         ([vertex, others @ ..], _) => format!(
-            "{} does not close with these signs, nor do {} others",
+            "{} does not close with these signs, nor {}",
             fold.loop_name(*vertex),
-            others.len()
+            match others.len() {
+                1 => "does another".to_owned(),
+                count => format!("do {count} others"),
+            }
         ),
         ([], [vertex, ..]) => format!(
             "each loop closes alone, but not all together; {} stays open most",
