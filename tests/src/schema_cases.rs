@@ -57,6 +57,7 @@ pattern:
   scale: 1 mm
   crease: { width: 1 mm, hinge: { model: beam, material: film } }
   fold: { mountain: -170 deg }
+  joints: { crease_48_m50: { friction: { torque: 1e-4, speed: 2 } } }
   layers: { cut: OUTLINE }
 initial: { q: { knee: 20 } }
 points: { tip: { body: arm, at: [40, 10, 0.5] } }

@@ -81,3 +81,36 @@ fn wrong_arguments_are_refused() {
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("no joint has a `fold`"), "{}", text(&output.stderr));
 }
+
+/// A motor at one crease moves all: tan(straight / 2) = cos(a) tan(zigzag / 2) with the angle a between the lines
+/// (W. K. Schief, A. I. Bobenko, T. Hoffmann, *On the integrability of infinitesimal and finite deformations of
+/// polyhedral surfaces*, 2008, for Miura's vertex).
+#[test]
+fn a_motor_at_one_crease_moves_the_sheet() {
+    let (_guard, folder) = folder();
+    fs::copy(example("miura_sheet.svg"), folder.join("miura_sheet.svg")).unwrap();
+    let own = "pattern:\n  joints: { crease_48_m50: { drive: \"-0.6 - 0.3*sin(2*pi*t)\", stiffness: 0 } }";
+    let text_of_model = fs::read_to_string(example("miura_sheet.yaml")).unwrap();
+    let [model, csv] =
+        ["driven.yaml", "driven.csv"].map(|name| folder.join(name).display().to_string());
+    fs::write(&model, text_of_model.replace("pattern:", own)).unwrap();
+    let output = run(&["simulate", &model, "--duration", "0.75", "--csv", &csv]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let table = fs::read_to_string(&csv).unwrap();
+    let mut lines = table.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = |name: &str| header.iter().position(|it| it.starts_with(name)).unwrap();
+    let [time, driven, straight] =
+        ["t", "q.crease_48_m50", "q.crease_37_m65"].map(|name| column(name));
+    let cosine = 14.0 / 14_f64.hypot(30.0);
+    let mut rows = 0;
+    for line in lines {
+        let row: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
+        let angle = 0.6 + 0.3 * (std::f64::consts::TAU * row[time]).sin();
+        assert!((row[driven] + angle).abs() < 1e-9, "{line}");
+        let expected = 2.0 * (cosine * (angle / 2.0).tan()).atan();
+        assert!((row[straight].abs() - expected).abs() < 1e-8, "{line}");
+        rows += 1;
+    }
+    assert!(rows > 10);
+}

@@ -65,7 +65,7 @@ impl Lowering<'_> {
         reason = "a missing value and a wrong value are different \
                                              cases"
     )]
-    fn friction(&mut self, joint: &Fields) -> Option<Option<Friction>> {
+    pub(super) fn friction(&mut self, joint: &Fields) -> Option<Option<Friction>> {
         let Some(entry) = joint.entry("friction") else { return Some(None) };
         let (at, found) = (entry.key.span, &mut self.diagnostics);
         let fields = Fields::new(&entry.value, at, "`friction`", &FRICTION, found)?;
@@ -123,7 +123,7 @@ impl Lowering<'_> {
         reason = "a missing value and a wrong value are different \
                                              cases"
     )]
-    fn limits(&mut self, joint: &Fields) -> Option<Option<Spanned<[f64; 2]>>> {
+    pub(super) fn limits(&mut self, joint: &Fields) -> Option<Option<Spanned<[f64; 2]>>> {
         let Some(node) = joint.get("limits") else { return Some(None) };
         let value = self.numbers::<2>(node, joint.expected("limits"))?;
         if value[0] >= value[1] {
@@ -141,7 +141,7 @@ impl Lowering<'_> {
         reason = "a missing value and a wrong value are different \
                                              cases"
     )]
-    fn fold(&mut self, fields: &Fields) -> Option<Option<Spanned<f64>>> {
+    pub(super) fn fold(&mut self, fields: &Fields) -> Option<Option<Spanned<f64>>> {
         let fold = self.optional(fields, "fold")?;
         if let Some(fold) = fold.as_ref().filter(|fold| fold.value.abs() > MOST_FOLDED) {
             let message = format!("a fold by {} deg", number(fold.value.to_degrees()));
@@ -160,7 +160,7 @@ impl Lowering<'_> {
         reason = "a missing value and a wrong value are different \
                                              cases"
     )]
-    fn drive(&mut self, fields: &Fields) -> Option<Option<Spanned<Expression>>> {
+    pub(super) fn drive(&mut self, fields: &Fields) -> Option<Option<Spanned<Expression>>> {
         let Some(drive) = fields.entry("drive") else { return Some(None) };
         if let Some(torque) = fields.entry("torque") {
             self.note(

@@ -16,6 +16,8 @@ use super::units::{self, Unit};
 use super::yaml::{Entry, Node};
 
 mod bodies;
+#[cfg(feature = "drawings")]
+mod creases;
 mod formulas;
 mod hinges;
 mod joints;

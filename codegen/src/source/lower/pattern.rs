@@ -16,6 +16,7 @@ use crate::source::pattern::{
 use crate::source::schema::{CREASE, CREASE_HINGE, DRAWN, FOLD, LAYER_NAMES, LAYERS, PATTERN};
 use crate::source::yaml::{Content, Entry, Node};
 
+use super::creases::Actions;
 use super::references::Declared;
 use super::{Lowering, bodies};
 
@@ -24,6 +25,8 @@ pub(super) struct Patterned {
     drawn: Drawn,
     pub sheet: Sheet,
     settings: Settings,
+    /// What acts at single creases; None after a mistake.
+    actions: Option<Vec<Actions>>,
     span: Span,
 }
 
@@ -47,10 +50,11 @@ impl Patterned {
     pub fn add(&self, model: &mut SourceModel, found: &mut Diagnostics) -> Option<()> {
         let before = [model.bodies.len(), model.joints.len()];
         let stack = Stack { materials: &model.materials, layup: &model.layup };
-        let Self { drawn, sheet, settings, span } = self;
+        let Self { drawn, sheet, settings, actions, span } = self;
         let built = sheet.build(drawn, settings, &stack, *span, before, found)?;
         model.bodies.extend(built.bodies);
         model.joints.extend(built.joints);
+        actions.as_ref()?.iter().for_each(|own| own.replace(&mut model.joints[own.joint]));
         model.drawing = Some(drawn.file.clone());
         // The model may give other angles than the folded state of the drawing.
         let given: HashSet<JointId> = model.initial_q.iter().map(|(joint, _)| *joint).collect();
@@ -102,7 +106,10 @@ impl Lowering<'_> {
             Sheet::of(&drawn, triangulate?, ground, (&links, &fixed), &mut self.diagnostics)?;
         self.declare(&sheet, declared)?;
         let settings = Settings { scale, fold: fold?, crease: crease? };
-        Some(Some(Patterned { drawn, sheet, settings, span: path.span }))
+        let hinge = fields.get("crease").and_then(|crease| crease.get("hinge"));
+        let hinge = hinge.filter(|_| settings.crease.spring.damps()).map(|hinge| hinge.span);
+        let actions = self.single_creases(&fields, declared.joints.len(), hinge);
+        Some(Some(Patterned { drawn, sheet, settings, actions, span: path.span }))
     }
 
     /// Reads the drawing itself, and returns it with the length of its unit, m.

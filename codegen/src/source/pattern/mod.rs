@@ -84,3 +84,10 @@ pub(super) enum CreaseSpring {
     /// One of the families of the file.
     Family(usize),
 }
+
+impl CreaseSpring {
+    /// Whether it gives the damping too.
+    pub fn damps(&self) -> bool {
+        matches!(self, Self::Sharifzadeh2018 | Self::Family(_))
+    }
+}

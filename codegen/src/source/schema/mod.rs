@@ -9,15 +9,15 @@ pub use super::names::{Kind, reserved_names};
 use super::units::NUMBER;
 pub use super::units::{QUANTITIES, Quantity, all_units, units_of};
 
+mod joints;
 mod model;
 mod parts;
 mod pattern;
 
+pub use joints::{CREASE_JOINT, FRICTION, JOINT};
 pub use model::{AIR, FORCE, HINGE_MODEL, INITIAL, MATERIAL, MODEL, POINT, UNITS};
 pub(super) use model::{SPECIMEN, TERM};
-pub use parts::{
-    BODY, FRICTION, HINGE_BEAM, HINGE_FAMILY, HINGE_SHARIFZADEH2018, JOINT, PLATE, POINT_MASS,
-};
+pub use parts::{BODY, HINGE_BEAM, HINGE_FAMILY, HINGE_SHARIFZADEH2018, PLATE, POINT_MASS};
 pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, VERTEX};
 pub use pattern::{CREASE, CREASE_HINGE, FOLD, LAYERS, PATTERN};
 #[cfg(feature = "drawings")]
@@ -179,6 +179,7 @@ pub const MAPPINGS: &[&Mapping] = &[
     &CREASE,
     &CREASE_HINGE,
     &FOLD,
+    &CREASE_JOINT,
     &LAYERS,
     &INITIAL,
     &POINT,

@@ -1,7 +1,8 @@
 //! The tables of the model itself and of its small mappings: units, materials, the initial state,
 //! points, forces, air and families of hinges.
 
-use super::parts::{BODY, JOINT, MAX_LAYERS, POSITION};
+use super::joints::JOINT;
+use super::parts::{BODY, MAX_LAYERS, POSITION};
 use super::pattern::PATTERN;
 use super::{Mapping, Presence, Range, TUNABLE, Uses, Value, key, optional, required};
 use crate::source::names::Kind;

@@ -1,5 +1,6 @@
 //! The tables of `pattern`: a drawing whose facets become bodies and whose creases become joints.
 
+use super::joints::CREASE_JOINT;
 use super::parts::NO_MOTION;
 use super::{Key, Mapping, Presence, Range, Value, key, optional, required};
 use crate::source::units::{ANGLE, LENGTH, LINE_DAMPING, LINE_STIFFNESS, NUMBER};
@@ -67,6 +68,13 @@ pub static PATTERN: Mapping = Mapping {
             "Whether flat lines of the drawing, which divide facets into triangles, become hinges. Their \
              stiffness is that of the bending sheet. Otherwise the facets on both sides of \
              such a line are one body.",
+        ),
+        optional(
+            "joints",
+            Value::PerJoint(&Value::Mapping(&CREASE_JOINT)),
+            "all creases are alike",
+            "{ crease_48_m50: { drive: \"0.3*sin(2*pi*t)\" } }",
+            "What acts at single creases: motors, stops, other springs.",
         ),
         optional(
             "layers",
