@@ -82,9 +82,8 @@ fn wrong_arguments_are_refused() {
     assert!(text(&output.stderr).contains("no joint has a `fold`"), "{}", text(&output.stderr));
 }
 
-/// A motor at one crease moves all: tan(straight / 2) = cos(a) tan(zigzag / 2) with the angle a between the lines
-/// (W. K. Schief, A. I. Bobenko, T. Hoffmann, *On the integrability of infinitesimal and finite deformations of
-/// polyhedral surfaces*, 2008, for Miura's vertex).
+/// A motor at one crease moves all: by the spherical trigonometry of a vertex with two angles a and two angles
+/// pi - a between its creases, tan(straight / 2) = cos(a) tan(zigzag / 2).
 #[test]
 fn a_motor_at_one_crease_moves_the_sheet() {
     let (_guard, folder) = folder();
