@@ -218,6 +218,7 @@ impl Reference {
             torque: Expression::ZERO,
             drive: None,
             limits: joint.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
+            fold: None,
             span: Span::default(),
         });
         Mechanism {

@@ -84,6 +84,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         torque: number(0.0),
         drive: None,
         limits: [f64::NEG_INFINITY, f64::INFINITY],
+        fold: None,
         span: Span::default(),
     };
     let node = |k: usize| Node {

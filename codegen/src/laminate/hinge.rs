@@ -50,6 +50,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
             .limits
             .as_ref()
             .map_or([f64::NEG_INFINITY, f64::INFINITY], |limits| limits.value),
+        fold: joint.fold.as_ref().map(|fold| fold.value),
         span: joint.span,
     }
 }

@@ -137,6 +137,8 @@ pub struct Joint {
     pub drive: Option<Expression>,
     /// Allowed angles, rad; infinite without limits.
     pub limits: [f64; 2],
+    /// Angle of the finished fold, rad.
+    pub fold: Option<f64>,
     /// Position of its entry in the file.
     pub span: Span,
 }

@@ -43,6 +43,8 @@ struct File {
     vertices_coords: Vec<[f64; 2]>,
     edges_vertices: Vec<[usize; 2]>,
     edges_assignment: Vec<&'static str>,
+    #[serde(rename = "edges_foldAngle", skip_serializing_if = "Vec::is_empty")]
+    edges_fold_angle: Vec<Option<f64>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     faces_vertices: Vec<Vec<usize>>,
     #[serde(rename = "lamc:edges_joint")]
@@ -64,7 +66,8 @@ struct Frame {
     edges_fold_angle: Vec<Option<f64>>,
 }
 
-/// Writes a motion. The last sample decides which crease is a mountain and which a valley.
+/// Writes a motion. The `fold` of the joints decides which crease is a mountain and which a valley; if none
+/// has one, the last sample does.
 ///
 /// # Errors
 /// Those of [`FoldError`].
@@ -81,7 +84,9 @@ pub fn fold(mechanism: &Mechanism, motion: &Motion) -> Result<Folded, FoldError>
     let missing = (0..mechanism.joints.len()).filter(|joint| !joints.contains(&Some(*joint)));
     // A face is a single boundary: with holes, readers find the faces from the edges.
     let has_holes = facets.iter().any(|facet| !facet.holes.is_empty());
-    let end = motion.samples.last();
+    let finished: Vec<Option<f64>> = mechanism.joints.iter().map(|joint| joint.fold).collect();
+    let has_folds = finished.iter().any(Option::is_some);
+    let signs = if has_folds { finished } else { motion.samples.last().map_or(Vec::new(), angles) };
     let file = File {
         file_spec: 1.2,
         file_creator: "lamc",
@@ -92,7 +97,8 @@ pub fn fold(mechanism: &Mechanism, motion: &Motion) -> Result<Folded, FoldError>
         frame_unit: "m",
         vertices_coords: graph.vertices.iter().map(|vertex| [vertex.at[0], vertex.at[1]]).collect(),
         edges_vertices: graph.edges.iter().map(|edge| edge.vertices).collect(),
-        edges_assignment: graph.edges.iter().map(|edge| assignment(edge.kind, end)).collect(),
+        edges_assignment: graph.edges.iter().map(|edge| assignment(edge.kind, &signs)).collect(),
+        edges_fold_angle: if has_folds { degrees(&graph, &signs) } else { Vec::new() },
         faces_vertices: if has_holes { Vec::new() } else { graph.faces.clone() },
         edges_joint: joints.iter().map(|joint| joint.map(name)).collect(),
         faces_body: facets.iter().map(|facet| mechanism.bodies[facet.body].name.clone()).collect(),
@@ -110,21 +116,30 @@ fn joint_of(kind: Kind) -> Option<usize> {
     }
 }
 
-/// The fold angle of an edge, rad.
-fn angle(kind: Kind, sample: &Sample) -> Option<f64> {
+/// The angles of all joints, rad.
+fn angles(sample: &Sample) -> Vec<Option<f64>> {
+    sample.q.iter().copied().map(Some).collect()
+}
+
+/// The fold angle of an edge, rad, from those of the joints.
+fn angle(kind: Kind, joints: &[Option<f64>]) -> Option<f64> {
     match kind {
-        Kind::Hinge(joint, sign) => sample.q.get(joint).map(|q| sign * q),
+        Kind::Hinge(joint, sign) => joints.get(joint).copied().flatten().map(|angle| sign * angle),
         Kind::Flat => Some(0.0),
         Kind::Border | Kind::Slit => None,
     }
 }
 
-fn assignment(kind: Kind, end: Option<&Sample>) -> &'static str {
+fn degrees(graph: &Graph, joints: &[Option<f64>]) -> Vec<Option<f64>> {
+    graph.edges.iter().map(|edge| angle(edge.kind, joints).map(f64::to_degrees)).collect()
+}
+
+fn assignment(kind: Kind, joints: &[Option<f64>]) -> &'static str {
     match kind {
         Kind::Border => "B",
         Kind::Slit => "C",
         Kind::Flat => "F",
-        Kind::Hinge(..) => match end.and_then(|end| angle(kind, end)) {
+        Kind::Hinge(..) => match angle(kind, joints) {
             Some(angle) if angle > FOLDED => "V",
             Some(angle) if angle < -FOLDED => "M",
             _ => "U",
@@ -143,10 +158,6 @@ fn frame(graph: &Graph, sample: &Sample) -> Frame {
         frame_parent: 0,
         frame_inherit: true,
         vertices_coords: graph.vertices.iter().map(place).collect(),
-        edges_fold_angle: graph
-            .edges
-            .iter()
-            .map(|edge| angle(edge.kind, sample).map(f64::to_degrees))
-            .collect(),
+        edges_fold_angle: degrees(graph, &angles(sample)),
     }
 }

@@ -16,6 +16,7 @@ mod measured;
 mod not_checked;
 mod pictures;
 mod reference;
+mod round_trip;
 mod rounded;
 mod simulate;
 mod states;

@@ -67,6 +67,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
             torque: Expression::ZERO,
             drive: None,
             limits: [f64::NEG_INFINITY, f64::INFINITY],
+            fold: None,
             span: Span { start: 100 + index, end: 101 + index },
         }
     };

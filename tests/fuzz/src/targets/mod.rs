@@ -12,13 +12,14 @@ use lamc_workbench::identify::{Record, family};
 use lamc_workbench::mocap::{Quaternions, angles};
 use lamc_workbench::reading::{configurations, states};
 
+mod drawings;
 mod structure;
 
 /// A target.
 pub type Target = fn(&[u8]);
 
 /// Every target by its name.
-pub const TARGETS: [(&str, Target); 9] = [
+pub const TARGETS: [(&str, Target); 13] = [
     ("yaml", yaml),
     ("popupcad", popupcad),
     ("formula", formula),
@@ -28,6 +29,10 @@ pub const TARGETS: [(&str, Target); 9] = [
     ("measurements", measurements),
     ("specimens", specimens),
     ("quaternions", quaternions),
+    ("svg", drawings::read_svg),
+    ("fold", drawings::read_fold),
+    ("dxf", drawings::read_dxf),
+    ("pattern", drawings::pattern),
 ];
 
 /// Any text as a model.
