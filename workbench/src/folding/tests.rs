@@ -254,7 +254,7 @@ fn conditions_of_flat_folded_vertices() {
     let [Violation::Kawasaki(sum)] = odd[..] else { panic!("{odd:?}") };
     assert!((sum.to_degrees() - 130.0).abs() < 1e-6 || (sum.to_degrees() - 230.0).abs() < 1e-6);
     // Pieces of a crease on both sides of the vertex are one joint, whose middle may be on the other side.
-    for (long, behind) in [("[[0, 0], [30.0, 0.0]]", -90), ("[[0, 0], [-30.0,", 90)] {
+    for (long, behind) in [("axis: [[0, 0], [30.0,", -90), ("axis: [[0, 0], [-30.0,", 90)] {
         let text = vertex(&kite(VALLEY));
         assert_eq!(text.matches(long).count(), 1, "{text}");
         let text = text.replace(long, &long.replace("[0, 0]", &format!("[{behind}, 0]")));
