@@ -45,8 +45,17 @@ pub fn workspace() -> PathBuf {
 }
 
 /// Our examples; those of the paper, which `generated` has modules of, first.
-pub const EXAMPLES: [&str; 6] =
-    ["pendulum", "triple_pendulum", "fourbar", "sixbar", "miura", "sixbar_markers"];
+pub const EXAMPLES: [&str; 9] = [
+    "pendulum",
+    "triple_pendulum",
+    "fourbar",
+    "sixbar",
+    "miura",
+    "sixbar_markers",
+    "miura_sheet",
+    "fold/bird_base",
+    "fold/pop_up",
+];
 
 /// The examples that `generated` has modules of.
 pub const MODULES: &[&str] = EXAMPLES.split_at(4).0;

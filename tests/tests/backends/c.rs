@@ -251,8 +251,9 @@ fn cases() -> Vec<Case> {
         let compiled = compile(&workspace().join("examples").join(format!("{name}.yaml")));
         let mut case = Case::new(compiled, Vec::new());
         case.states = vec![closed_state(&case.system, &mut Random::new(3))];
-        // Too stiff for explicit steps of this length.
-        case.moves = name != "fourbar";
+        // The four-bar is too stiff for explicit steps of this length. The card springs through its flat state
+        // several times, where branches meet, and single precision loses the motion.
+        case.moves = !["fourbar", "fold/pop_up"].contains(&name);
         cases.push(case);
     }
     // A loop with a redundant equation; the other drawings and the published mechanisms are like the examples.

@@ -7,6 +7,7 @@ mod derivatives;
 mod energy;
 mod examples;
 mod family;
+mod folds;
 mod forces;
 mod formulas;
 mod hinges;

@@ -92,6 +92,13 @@ impl Chain {
         self.hinges.iter().map(|hinge| hinge.joint)
     }
 
+    /// Returns the direction of each hinge line as it is passed on the way around the loop. If the first
+    /// bodies of all joints are to the right of their axes, all directions lead out of a vertex, or all
+    /// lead into it.
+    pub fn directions(&self) -> impl Iterator<Item = Vector3<f64>> {
+        self.hinges.iter().map(|hinge| hinge.direction * hinge.sense)
+    }
+
     /// Returns the loop at these angles.
     pub fn place(&self, q: &[f64]) -> Placed {
         let (mut turn, mut shift) = (Matrix3::identity(), Vector3::zeros());

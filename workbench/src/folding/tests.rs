@@ -255,6 +255,13 @@ fn conditions_of_flat_folded_vertices() {
     let odd = violations(&[(0.0, VALLEY), (60.0, VALLEY), (170.0, MOUNTAIN), (240.0, VALLEY)]);
     let [Violation::Kawasaki(sum)] = odd[..] else { panic!("{odd:?}") };
     assert!((sum.to_degrees() - 130.0).abs() < 1e-6 || (sum.to_degrees() - 230.0).abs() < 1e-6);
+    // Pieces of a crease on both sides of the vertex are one joint, whose middle may be on the other side.
+    for (long, behind) in [("axis: [[0, 0], [30.0,", -90), ("axis: [[0, 0], [-30.0,", 90)] {
+        let text = vertex(&kite(VALLEY));
+        assert_eq!(text.matches(long).count(), 1, "{text}");
+        let text = text.replace(long, &long.replace("[0, 0]", &format!("[{behind}, 0]")));
+        assert_eq!(fold(&text).not_flat_foldable(), [], "{text}");
+    }
     // A crease that is not folded flat frees the vertex.
     assert!(violations(&kite("fold: 90")).is_empty());
     assert_eq!(fold(&waterbomb()).not_flat_foldable(), []);
