@@ -223,7 +223,7 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
         for (force, direction) in force.as_mut().iter_mut().zip(directions.chunks_exact(n.max(1))) {
             *force = dot(direction, covector);
         }
-        linear.along_directions(directions, false, stiffness.as_mut())?;
+        linear.along_directions(u.as_ref(), directions, false, stiffness.as_mut())?;
         Ok(Unrest { square, force: max_abs(covector), freedoms })
     }
 

@@ -326,30 +326,10 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         self.constrain();
     }
 
-    /// -T^T M da/dq T, or -T^T M da/du T `by_speed`, d x d, for directions T along the closure (N numbers each).
-    /// Because J T = 0, it needs the generalised forces only:
-    ///
-    /// ```text
-    /// T^T M da = T^T d(f - M a + J^T lambda)
-    /// ```
-    pub fn along_directions(
-        &mut self,
-        basis: &[Y::Scalar],
-        by_speed: bool,
-        out: &mut [Y::Scalar],
-    ) -> Result<(), Error> {
-        let n = self.u.len().max(1);
-        let freedoms = basis.len() / n;
-        let zeros = self.system.speeds();
-        for (k, direction) in basis.chunks_exact(n).enumerate() {
-            let (q, u) =
-                if by_speed { (zeros.as_ref(), direction) } else { (direction, zeros.as_ref()) };
-            self.tangent(Y::Scalar::ZERO, q, u)?;
-            for (i, other) in basis.chunks_exact(n).enumerate() {
-                out[i * freedoms + k] = -dot(other, self.force);
-            }
-        }
-        Ok(())
+    /// The generalised forces of a change of q and u, d(f - M a + J^T lambda), N.
+    pub fn by_change(&mut self, q: &[Y::Scalar], u: &[Y::Scalar]) -> Result<&[Y::Scalar], Error> {
+        self.tangent(Y::Scalar::ZERO, q, u)?;
+        Ok(self.force)
     }
 
     /// Directions of q along the constraints, orthonormal in M: N numbers each, one after the

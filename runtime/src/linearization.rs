@@ -54,7 +54,7 @@ pub fn linearize<Y: Mechanism>(
     let freedoms = linear.tangent_basis(out.basis);
     let directions = &out.basis[..freedoms * n];
     for (by_speed, reduced) in [(false, &mut *out.stiffness), (true, &mut *out.damping)] {
-        linear.along_directions(directions, by_speed, reduced)?;
+        linear.along_directions(rest.as_ref(), directions, by_speed, reduced)?;
     }
     for input in 0..dimensions.inputs {
         let forces = linear.by_input(input)?;
@@ -63,4 +63,33 @@ pub fn linearize<Y: Mechanism>(
         }
     }
     Ok(freedoms)
+}
+
+impl<Y: Mechanism> Linearised<'_, Y> {
+    /// -T^T M da/dq T, or -T^T M da/du T `by_speed`, d x d, for directions T along the closure (N numbers each).
+    /// Because J T = 0, it needs the generalised forces only:
+    ///
+    /// ```text
+    /// T^T M da = T^T d(f - M a + J^T lambda)
+    /// ```
+    pub fn along_directions(
+        &mut self,
+        zeros: &[Y::Scalar],
+        basis: &[Y::Scalar],
+        by_speed: bool,
+        out: &mut [Y::Scalar],
+    ) -> Result<(), Error> {
+        let n = zeros.len().max(1);
+        let freedoms = basis.len() / n;
+        for (k, direction) in basis.chunks_exact(n).enumerate() {
+            let forces = match by_speed {
+                true => self.by_change(zeros, direction)?,
+                false => self.by_change(direction, zeros)?,
+            };
+            for (i, other) in basis.chunks_exact(n).enumerate() {
+                out[i * freedoms + k] = -dot(other, forces);
+            }
+        }
+        Ok(())
+    }
 }
