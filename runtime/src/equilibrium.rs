@@ -107,6 +107,8 @@ struct Unrest<S> {
     square: S,
     /// Largest component of M a, N m.
     force: S,
+    /// Directions along the closure.
+    freedoms: usize,
 }
 
 /// A step that led downhill.
@@ -127,7 +129,7 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
         let mut rejected = false;
         let mut shortest = of(f64::INFINITY);
         for iterations in 0..ITERATIONS {
-            let freedoms = self.stiffness()?;
+            let freedoms = unrest.freedoms;
             let stiffest = max_abs(&self.stiffness.as_ref()[..freedoms * freedoms]);
             let floor = of(1e-12) * stiffest;
             weight = if iterations == 0 { stiffest } else { weight.max(floor) };
@@ -206,14 +208,23 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
         project_to_rounding(&self.system, self.t, q, u, self.workspace).map(|_| ())
     }
 
-    /// a at rest.
+    /// a at rest, the basis T of the directions along the closure (T^T M T = 1), the stiffness
+    /// -T^T M da/dq T and the force T^T M a.
     fn evaluate(&mut self) -> Result<Unrest<Y::Scalar>, Error> {
-        let (q, u) = (self.q.as_ref(), self.u.as_ref());
-        let linear = Linearised::at(&self.system, self.t, q, u, self.workspace)?;
-        let force = self.covector.as_mut();
-        force.copy_from_slice(linear.acceleration);
-        linear.times_mass(force);
-        Ok(Unrest { square: dot(force, linear.acceleration), force: max_abs(force) })
+        let Self { system, t, q, u, basis, stiffness, covector, force, workspace, .. } = self;
+        let n = u.as_ref().len();
+        let mut linear = Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), workspace)?;
+        let covector = covector.as_mut();
+        covector.copy_from_slice(linear.acceleration);
+        linear.times_mass(covector);
+        let square = dot(covector, linear.acceleration);
+        let freedoms = linear.tangent_basis(basis.as_mut());
+        let directions = &basis.as_ref()[..freedoms * n];
+        for (force, direction) in force.as_mut().iter_mut().zip(directions.chunks_exact(n.max(1))) {
+            *force = dot(direction, covector);
+        }
+        linear.along_directions(u.as_ref(), directions, false, stiffness.as_mut())?;
+        Ok(Unrest { square, force: max_abs(covector), freedoms })
     }
 
     /// Returns the work of the force from a state to q, J (by the trapezoidal rule).
@@ -225,27 +236,6 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
             .iter()
             .zip(forces)
             .fold(Y::Scalar::ZERO, |sum, (&moved, (&now, &then))| sum + moved * (now + then))
-    }
-
-    /// The basis T of the directions along the closure (T^T M T = 1), the stiffness
-    /// -T^T M da/dq T and the force T^T M a; the number of directions.
-    fn stiffness(&mut self) -> Result<usize, Error> {
-        let Self { system, t, q, u, basis, stiffness, matrix, force, workspace, .. } = self;
-        let n = u.as_ref().len();
-        let mut linear = Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), workspace)?;
-        let (basis, force) = (basis.as_mut(), force.as_mut());
-        let freedoms = linear.tangent_basis(basis);
-        let mut image = system.speeds();
-        let image = image.as_mut();
-        image.copy_from_slice(linear.acceleration);
-        linear.times_mass(image);
-        for k in 0..freedoms {
-            force[k] = dot(&basis[k * n..(k + 1) * n], image);
-        }
-        let (by_position, stiffness) = (matrix.as_mut(), stiffness.as_mut());
-        linear.by_position(by_position)?;
-        linear.reduce(by_position, &basis[..freedoms * n], image, stiffness);
-        Ok(freedoms)
     }
 
     /// The step of this weight; its largest component.

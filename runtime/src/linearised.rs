@@ -3,7 +3,9 @@
 
 use crate::acceleration::{blame, not_finite, write};
 use crate::closure_rows::{independent, weigh};
-use crate::linear::{add_scaled, backward, dot, factor, forward, orthogonalise, times_lower};
+use crate::linear::{
+    add_scaled, backward, clearly_independent, dot, factor, forward, orthonormalise, times_lower,
+};
 use crate::plumbing::{Balance, Drive, EquationsMut};
 use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
@@ -17,7 +19,7 @@ pub(crate) struct Linearised<'a, Y: Mechanism> {
     u: &'a [Y::Scalar],
     /// Factor of M.
     pub mass: &'a mut [Y::Scalar],
-    /// Orthogonal rows that span those of J L^-T; those beyond `rank` are meaningless.
+    /// Orthonormal rows that span those of J L^-T; those beyond `rank` are meaningless.
     rows: &'a mut [Y::Scalar],
     /// The matrix that transforms the rows of J L^-T into them, (C + D) x (C + D).
     turn: &'a mut [Y::Scalar],
@@ -90,10 +92,13 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
             self.turn[i * m + i] = Y::Scalar::ONE;
         }
         if m > 0 {
-            let kept = independent(self.rows, self.turn, [m, n], gap)?;
+            let kept = match clearly_independent(self.rows, self.turn, [m, n], gap.cut())? {
+                Some(kept) => kept,
+                None => independent(self.rows, self.turn, [m, n], gap)?,
+            };
             let k = kept.rank;
             weigh(self.mass, &mut self.rows[..k * n], n);
-            orthogonalise(&mut self.rows[..k * n], &mut self.turn[..k * m], k, n)?;
+            orthonormalise(&mut self.rows[..k * n], &mut self.turn[..k * m], n)?;
             let fading = Fading::of_rounding();
             self.rank = k;
             self.is_weak = gap.is_below(fading.weak, &kept);
@@ -102,7 +107,7 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         forward(self.mass, self.force);
         self.constrain();
         self.acceleration.copy_from_slice(self.force);
-        // lambda = Q^T (c_i / |B_i|^2)
+        // lambda = Q^T c_i
         self.multipliers.fill(Y::Scalar::ZERO);
         for i in 0..self.rank {
             add_scaled(self.multipliers, self.turned[i], &self.turn[i * m..(i + 1) * m]);
@@ -114,13 +119,13 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
     }
 
     /// Turns y = L^-1 f in `force` into the solution a of M a = f + J^T lambda, J a = -`opening`;
-    /// leaves c_i / |B_i|^2 in `turned`.
+    /// leaves c_i in `turned`.
     fn constrain(&mut self) {
         let (n, m) = (self.force.len(), self.rhs.len());
         // B_i and B_k are orthogonal: what one adds to the solution does not touch the other.
         for (i, row) in self.rows.chunks_exact(n).take(self.rank).enumerate() {
-            let wanted = -dot(&self.turn[i * m..(i + 1) * m], self.opening) - dot(row, self.force);
-            self.turned[i] = wanted / dot(row, row);
+            self.turned[i] =
+                -dot(&self.turn[i * m..(i + 1) * m], self.opening) - dot(row, self.force);
         }
         for (row, &share) in self.rows.chunks_exact(n).take(self.rank).zip(&*self.turned) {
             add_scaled(self.force, share, row);
@@ -186,7 +191,7 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         let n = x.len();
         self.times_upper(x);
         for row in self.rows.chunks_exact(n).take(self.rank) {
-            let share = -dot(x, row) / dot(row, row);
+            let share = -dot(x, row);
             add_scaled(x, share, row);
         }
         backward(self.mass, x);
@@ -268,15 +273,13 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         });
     }
 
-    /// da in the direction of an input.
-    pub fn by_input(&mut self, input: usize, out: &mut [Y::Scalar]) -> Result<(), Error> {
+    /// The generalised forces of an input, d(f - M a + J^T lambda), N.
+    pub fn by_input(&mut self, input: usize) -> Result<&[Y::Scalar], Error> {
         let zeros = self.system.speeds();
         self.inputs[input] = Y::Scalar::ONE;
         self.tangent(Y::Scalar::ZERO, zeros.as_ref(), zeros.as_ref())?;
         self.inputs[input] = Y::Scalar::ZERO;
-        self.differentiate();
-        out.copy_from_slice(self.force);
-        Ok(())
+        Ok(self.force)
     }
 
     /// da in the direction of a change.
@@ -323,35 +326,32 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         self.constrain();
     }
 
-    /// Only da/dq, N x N.
-    pub fn by_position(&mut self, dq: &mut [Y::Scalar]) -> Result<(), Error> {
-        let (zeros, mut unit) = (self.system.speeds(), self.system.speeds());
-        for joint in 0..self.u.len() {
-            unit.as_mut()[joint] = Y::Scalar::ONE;
-            self.column(unit.as_ref(), zeros.as_ref(), dq, joint)?;
-            unit.as_mut()[joint] = Y::Scalar::ZERO;
-        }
-        Ok(())
+    /// The generalised forces of a change of q and u, d(f - M a + J^T lambda), N.
+    pub fn by_change(&mut self, q: &[Y::Scalar], u: &[Y::Scalar]) -> Result<&[Y::Scalar], Error> {
+        self.tangent(Y::Scalar::ZERO, q, u)?;
+        Ok(self.force)
     }
 
     /// Directions of q along the constraints, orthonormal in M: N numbers each, one after the
     /// other in `basis` (N x N). Returns how many there are.
-    pub fn tangent_basis(&self, basis: &mut [Y::Scalar]) -> usize {
+    pub fn tangent_basis(&mut self, basis: &mut [Y::Scalar]) -> usize {
         let n = self.u.len();
-        let row = |i: usize| &self.rows[i * n..(i + 1) * n];
+        let rows = &self.rows[..self.rank * n];
+        // The part of each unit vector that lies in the known basis, squared.
+        let taken = &mut *self.force;
+        taken.fill(Y::Scalar::ZERO);
+        let take = |taken: &mut [Y::Scalar], v: &[Y::Scalar]| {
+            taken.iter_mut().zip(v).for_each(|(taken, &x)| *taken += x * x);
+        };
+        rows.chunks_exact(n.max(1)).for_each(|row| take(taken, row));
         let mut found = 0;
         while found + self.rank < n {
             // The next vector is the unit vector with the smallest part in the known basis, minus
             // that part.
             let (known, free) = basis.split_at_mut(found * n);
-            let left = |k: usize| {
-                let taken = |v: &[Y::Scalar]| v[k] * v[k] / dot(v, v);
-                let rows = (0..self.rank).fold(Y::Scalar::ZERO, |sum, i| sum + taken(row(i)));
-                known.chunks_exact(n).fold(rows, |sum, v| sum + taken(v))
-            };
             let mut best = 0;
             for k in 1..n {
-                if left(k) < left(best) {
+                if taken[k] < taken[best] {
                     best = k;
                 }
             }
@@ -360,11 +360,7 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
             vector[best] = Y::Scalar::ONE;
             // Twice is enough (W. Kahan).
             for _ in 0..2 {
-                for i in 0..self.rank {
-                    let part = dot(vector, row(i)) / dot(row(i), row(i));
-                    add_scaled(vector, -part, row(i));
-                }
-                for other in known.chunks_exact(n) {
+                for other in rows.chunks_exact(n).chain(known.chunks_exact(n)) {
                     let part = dot(vector, other);
                     add_scaled(vector, -part, other);
                 }
@@ -373,6 +369,7 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
             for value in vector.iter_mut() {
                 *value = *value / length;
             }
+            take(taken, vector);
             found += 1;
         }
         for vector in basis[..found * n].chunks_exact_mut(n.max(1)) {

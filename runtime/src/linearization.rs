@@ -52,43 +52,44 @@ pub fn linearize<Y: Mechanism>(
     let rest = system.speeds();
     let mut linear = Linearised::at(system, t, q, rest.as_ref(), workspace)?;
     let freedoms = linear.tangent_basis(out.basis);
-    let mut image = system.speeds();
-    let image = image.as_mut();
-    let (mut by_position, mut by_speed) = (system.matrix(), system.matrix());
-    let mut by_time = system.speeds();
-    linear.derivatives(by_position.as_mut(), by_speed.as_mut(), by_time.as_mut())?;
-    for (matrix, reduced) in [(by_position, out.stiffness), (by_speed, out.damping)] {
-        linear.reduce(matrix.as_ref(), &out.basis[..freedoms * n], image, reduced);
+    let directions = &out.basis[..freedoms * n];
+    for (by_speed, reduced) in [(false, &mut *out.stiffness), (true, &mut *out.damping)] {
+        linear.along_directions(rest.as_ref(), directions, by_speed, reduced)?;
     }
     for input in 0..dimensions.inputs {
-        linear.by_input(input, image)?;
-        linear.times_mass(image);
-        for k in 0..freedoms {
-            out.inputs[k * dimensions.inputs + input] = dot(&out.basis[k * n..(k + 1) * n], image);
+        let forces = linear.by_input(input)?;
+        for (k, direction) in directions.chunks_exact(n.max(1)).enumerate() {
+            out.inputs[k * dimensions.inputs + input] = dot(direction, forces);
         }
     }
     Ok(freedoms)
 }
 
 impl<Y: Mechanism> Linearised<'_, Y> {
-    /// -T^T M A T, d x d, of an N x N matrix A; `image` holds N.
-    pub fn reduce(
-        &self,
-        matrix: &[Y::Scalar],
+    /// -T^T M da/dq T, or -T^T M da/du T `by_speed`, d x d, for directions T along the closure (N numbers each).
+    /// Because J T = 0, it needs the generalised forces only:
+    ///
+    /// ```text
+    /// T^T M da = T^T d(f - M a + J^T lambda)
+    /// ```
+    pub fn along_directions(
+        &mut self,
+        zeros: &[Y::Scalar],
         basis: &[Y::Scalar],
-        image: &mut [Y::Scalar],
+        by_speed: bool,
         out: &mut [Y::Scalar],
-    ) {
-        let n = image.len().max(1);
+    ) -> Result<(), Error> {
+        let n = zeros.len().max(1);
         let freedoms = basis.len() / n;
-        for (i, direction) in basis.chunks_exact(n).enumerate() {
-            for (value, row) in image.iter_mut().zip(matrix.chunks_exact(n)) {
-                *value = -dot(row, direction);
-            }
-            self.times_mass(image);
-            for (k, other) in basis.chunks_exact(n).enumerate() {
-                out[k * freedoms + i] = dot(other, image);
+        for (k, direction) in basis.chunks_exact(n).enumerate() {
+            let forces = match by_speed {
+                true => self.by_change(zeros, direction)?,
+                false => self.by_change(direction, zeros)?,
+            };
+            for (i, other) in basis.chunks_exact(n).enumerate() {
+                out[i * freedoms + k] = -dot(other, forces);
             }
         }
+        Ok(())
     }
 }

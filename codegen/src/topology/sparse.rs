@@ -3,7 +3,8 @@
 //! A loop has entries only for its own hinges, so the rows of a sheet stay short. The pivot of a row is
 //! its largest entry after the earlier pivot rows are taken from it.
 
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,11 +17,14 @@ const STEP: f64 = 0.1;
 /// right-hand side.
 pub type Row = BTreeMap<usize, f64>;
 
+/// The same in order, for elimination.
+type Entries = Vec<(usize, f64)>;
+
 /// Rows in echelon form.
 pub struct Echelon {
     columns: usize,
     /// Pivot column and the row divided by its pivot, without the pivot.
-    rows: Vec<(usize, Row)>,
+    rows: Vec<(usize, Entries)>,
     /// What is left of the other rows.
     pub rest: Vec<Row>,
 }
@@ -29,47 +33,52 @@ impl Echelon {
     /// Eliminates rows of so many columns. What remains of a row counts as zero up to `tolerance` times
     /// the largest entry of all rows.
     pub fn new(rows: Vec<Row>, columns: usize, tolerance: f64) -> Self {
-        let scale = rows
+        let mut waiting: Vec<Entries> = rows.into_iter().map(Entries::from_iter).collect();
+        let scale = waiting
             .iter()
             .filter_map(|row| largest(row, columns))
             .map(|(_, x)| x.abs())
             .fold(0.0, larger);
         let mut echelon = Self { columns, rows: Vec::new(), rest: Vec::new() };
         let mut place: Vec<Option<usize>> = vec![None; columns];
-        let mut waiting = rows;
+        let ends = waiting.iter().filter_map(|row| row.last());
+        let mut sums = Sums::new(ends.map(|(column, _)| column + 1).max().unwrap_or(0));
         // Rows with small pivots come last, because division by them enlarges rounding errors.
         let mut least = 1.0;
         while least > tolerance {
             least = (STEP * least).max(tolerance);
             for mut row in std::mem::take(&mut waiting) {
-                echelon.reduce(&mut row, &place);
+                row = echelon.reduced(&row, &place, &mut sums);
                 match largest(&row, columns).filter(|(_, x)| x.abs() > least * scale) {
                     None => waiting.push(row),
                     Some((pivot, value)) => {
-                        row.remove(&pivot);
-                        row.values_mut().for_each(|x| *x /= value);
+                        row.retain(|(column, _)| *column != pivot);
+                        row.iter_mut().for_each(|(_, x)| *x /= value);
                         place[pivot] = Some(echelon.rows.len());
                         echelon.rows.push((pivot, row));
                     }
                 }
             }
         }
-        echelon.rest = waiting;
+        echelon.rest = waiting.into_iter().map(Row::from_iter).collect();
         echelon
     }
 
-    /// Takes multiples of the pivot rows from a row, so that it has no entries in their columns. `place`
-    /// is the pivot row of each column.
-    fn reduce(&self, row: &mut Row, place: &[Option<usize>]) {
+    /// Returns a row after multiples of the pivot rows are taken from it, so that it has no entries in their
+    /// columns. `place` is the pivot row of each column.
+    fn reduced(&self, row: &Entries, place: &[Option<usize>], sums: &mut Sums) -> Entries {
+        let place = |column: usize| place.get(column).copied().flatten();
         // Pivot rows have entries in columns of later pivot rows only.
-        let pivot_row = |column: &usize| place.get(*column).copied().flatten();
-        while let Some(first) = row.keys().filter_map(pivot_row).min() {
+        let mut waiting = BinaryHeap::new();
+        sums.add(row, 1.0, |column| waiting.extend(place(column).map(Reverse)));
+        while let Some(Reverse(first)) = waiting.pop() {
             let (pivot, pivot_row) = &self.rows[first];
-            let Some(factor) = row.remove(pivot) else { break };
-            for (column, value) in pivot_row {
-                *row.entry(*column).or_default() -= factor * value;
-            }
+            let factor = -sums.values[*pivot];
+            sums.add(pivot_row, factor, |column| waiting.extend(place(column).map(Reverse)));
         }
+        let mut entries = sums.take();
+        entries.retain(|(column, _)| place(*column).is_none());
+        entries
     }
 
     /// Returns the number of independent rows.
@@ -95,13 +104,19 @@ impl Echelon {
         let known_at = |column: usize| known.get(column - self.columns).copied();
         let mut x = DVector::zeros(self.columns);
         for (pivot, row) in self.rows.iter().rev() {
-            let within = row.range(..self.columns).map(|(column, value)| value * x[*column]);
+            let (within, beyond) = row.split_at(self.within(row));
+            let within = within.iter().map(|(column, value)| value * x[*column]);
             // The right-hand side enters with the other sign.
-            let beyond = row.range(self.columns..);
-            let beyond = beyond.map(|(column, value)| value * known_at(*column).unwrap_or(-1.0));
+            let beyond =
+                beyond.iter().map(|(column, value)| value * known_at(*column).unwrap_or(-1.0));
             x[*pivot] = -(within.sum::<f64>() + beyond.sum::<f64>());
         }
         x
+    }
+
+    /// Returns how many entries of a row are in columns of the matrix.
+    fn within(&self, row: &Entries) -> usize {
+        row.partition_point(|(column, _)| *column < self.columns)
     }
 
     /// Returns a basis of the null space, as columns.
@@ -116,7 +131,7 @@ impl Echelon {
         }
         for (pivot, row) in self.rows.iter().rev() {
             let mut sum = DVector::zeros(free.len());
-            for (column, value) in row.range(..self.columns) {
+            for (column, value) in &row[..self.within(row)] {
                 sum.axpy(-value, &basis.column(*column), 1.0);
             }
             basis.set_column(*pivot, &sum);
@@ -126,9 +141,44 @@ impl Echelon {
 }
 
 /// Returns the entry of largest magnitude in the columns of the matrix.
-fn largest(row: &Row, columns: usize) -> Option<(usize, f64)> {
-    let entries = row.range(..columns).map(|(&column, &value)| (column, value));
+fn largest(row: &Entries, columns: usize) -> Option<(usize, f64)> {
+    let entries = row.iter().copied().take_while(|(column, _)| *column < columns);
     entries.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}
+
+/// The sum of rows, with a place for every column.
+struct Sums {
+    values: Vec<f64>,
+    is_used: Vec<bool>,
+    used: Vec<usize>,
+}
+
+impl Sums {
+    fn new(columns: usize) -> Self {
+        Self { values: vec![0.0; columns], is_used: vec![false; columns], used: Vec::new() }
+    }
+
+    /// Adds a multiple of a row, and shows the columns that had no entry before.
+    fn add(&mut self, row: &Entries, factor: f64, mut show: impl FnMut(usize)) {
+        for &(column, value) in row {
+            self.values[column] += factor * value;
+            if !std::mem::replace(&mut self.is_used[column], true) {
+                self.used.push(column);
+                show(column);
+            }
+        }
+    }
+
+    /// Returns the entries, and begins again.
+    fn take(&mut self) -> Entries {
+        self.used.sort_unstable();
+        let used = std::mem::take(&mut self.used);
+        let entry = |column: usize| {
+            self.is_used[column] = false;
+            (column, std::mem::take(&mut self.values[column]))
+        };
+        used.into_iter().map(entry).collect()
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 mod cholesky;
 mod householder;
+mod independent;
 mod pseudoinverse;
 #[cfg(test)]
 #[path = "../../../tests/src/uniform.rs"]
@@ -14,6 +15,7 @@ mod uniform;
 
 pub(crate) use cholesky::{backward, conditioning, factor, forward, times_lower};
 pub(crate) use householder::{reflect, solve};
+pub(crate) use independent::{clearly_independent, orthonormalise};
 pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};
 
 use core::ops::Range;

@@ -141,6 +141,9 @@ fn generally<Y: Mechanism>(
 ///
 /// In a rounded drawing, rows that follow from others may remain open a little when the others are closed. They
 /// are where the correction of q is less than `enough`, as an arc of the mechanism's size.
+///
+/// The rounding of a sheet grows with its joints, and may be more than `enough`: where steps no longer help, loops that
+/// are closed to 1e-12 of the size are closed to rounding.
 #[inline]
 fn directly<Y: Mechanism>(
     system: &Y,
@@ -168,15 +171,17 @@ fn directly<Y: Mechanism>(
         }
         // Written so that NaN is not closed.
         let within = |values: &[Y::Scalar], most| values.iter().all(|x| x.abs() <= most);
+        let size = max_abs(residual);
+        // Written so that NaN is no progress.
+        let is_last = !before.is_none_or(|before| size + size < before);
         if within(residual, enough)
             || (within(residual, acceptable) && within(positions, enough / system.size()))
+            || (is_last && within(residual, closed(system)))
         {
             subtract(u, speeds)?;
-            return Ok(Some(Projected { residual: max_abs(residual), rank }));
+            return Ok(Some(Projected { residual: size, rank }));
         }
-        // Written so that NaN is no progress.
-        let size = max_abs(residual);
-        if !before.is_none_or(|before| size + size < before) {
+        if is_last {
             break;
         }
         before = Some(size);

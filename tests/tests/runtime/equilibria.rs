@@ -3,6 +3,7 @@
 use lamc::program::Interpreter;
 use lamc_runtime::{Mechanism, assemble, equilibrium, project};
 use lamc_tests::random::Random;
+use lamc_tests::sheets::{miura, yoshimura};
 use lamc_tests::{EXAMPLES, compile, compile_text, designs, largest, linkages, workspace};
 use nalgebra::{DMatrix, DVector};
 
@@ -130,6 +131,23 @@ fn of_the_examples_and_of_many_loops() {
             stable += usize::from(is_stable);
         }
         assert!(stable >= 9, "{}: {stable} of 10 are stable", linkage.name);
+    }
+}
+
+/// Sheets, whose equations depend on each other: from the start and from a nearly flat state.
+#[test]
+fn of_sheets() {
+    for (name, text) in [("miura 6x6", miura(6, 6)), ("yoshimura 4x5", yoshimura(4, 5))] {
+        let compiled = compile_text(&text);
+        let system = Interpreter::new(&compiled.program);
+        for share in [1.0, 0.05] {
+            let mut q: Vec<f64> = system.initial().q.iter().map(|q| share * q).collect();
+            let n = q.len();
+            assemble(&system, 0.0, &mut q, &vec![false; n], &mut system.workspace()).unwrap();
+            let stable = check(name, &system, &mut q);
+            check_stability(name, &system, &q, stable, 1e-3);
+            assert!(stable, "{name} from {share}: {q:?}");
+        }
     }
 }
 

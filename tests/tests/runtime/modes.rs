@@ -7,6 +7,8 @@ use lamc::program::Interpreter;
 use lamc_runtime::{
     Integrator, LinearizationMut, Mechanism, State, assemble, equilibrium, linearize, project,
 };
+use lamc_tests::random::Random;
+use lamc_tests::sheets::{miura, yoshimura};
 use lamc_tests::{compile, compile_text, dopri5, workspace};
 use nalgebra::{DMatrix, DVector};
 
@@ -122,6 +124,43 @@ fn motions_near_rest() {
         }
         println!("{name}: {worst:e} rad of 1e-5");
         assert!(worst < 1e-9, "{name}: {worst:e}");
+    }
+}
+
+/// The stiffness of sheets is the curvature of the potential energy along the closure, by differences, and each hinge
+/// adds its damper.
+#[test]
+fn sheets_about_rest() {
+    const DAMPER: f64 = 2e-6;
+    let mut random = Random::new(5);
+    for (name, text) in [("miura 6x6", miura(6, 6)), ("yoshimura 4x5", yoshimura(4, 5))] {
+        let compiled = compile_text(&text);
+        let system = Interpreter::new(&compiled.program);
+        let q = rest(&system);
+        let linear = linear(&system, &q);
+        let d = linear.basis.ncols();
+        assert_eq!(d, compiled.topology.mobility, "{name}");
+        let expected = linear.basis.transpose() * &linear.basis * DAMPER;
+        let error = largest(&(&linear.damping - &expected)) / largest(&expected);
+        assert!(error < 1e-9, "{name}: {error:e}");
+        // From state to state along the closure, by steps of a thousandth of a radian.
+        let potential = |step: &DVector<f64>| {
+            let mut moved: Vec<f64> = q.iter().zip(step).map(|(q, step)| q + step).collect();
+            let mut u = vec![0.0; q.len()];
+            project(&system, 0.0, &mut moved, &mut u, &mut system.workspace()).unwrap();
+            system.energy(0.0, &moved, &u).unwrap().potential
+        };
+        for _ in 0..10 {
+            let z = DVector::from_fn(d, |_, _| random.range(-1.0, 1.0));
+            let step = &linear.basis * &z;
+            let scale = 1e-3 / largest(&step);
+            let at = |k: f64| potential(&(&step * (k * scale)));
+            let second = -at(2.0) + 16.0 * at(1.0) - 30.0 * at(0.0) + 16.0 * at(-1.0) - at(-2.0);
+            let curvature = second / (12.0 * scale * scale);
+            let stiffness = (z.transpose() * &linear.stiffness * &z)[0];
+            let error = (stiffness - curvature).abs() / curvature;
+            assert!(error < 1e-6, "{name}: {stiffness} is not {curvature} ({error:e})");
+        }
     }
 }
 

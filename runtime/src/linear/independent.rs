@@ -1,0 +1,266 @@
+//! Independent rows of a matrix whose rank is clear, without singular values.
+//!
+//! Householder reflections from the left, each of the longest column that is left, and then orthonormal rows from
+//! the first to the last:
+//!
+//! ```text
+//! A P = Q R,    R P^T = L Z
+//! ```
+//!
+//! The diagonal of L follows the singular values of A, mostly within a small factor (G. W. Stewart, "The QLP approximation
+//! to the singular value decomposition", 1999), and costs as much as one sweep of Jacobi's method. Where no value is near
+//! the cut between those that count and those that do not, the decision on the rank is the same.
+
+use super::{Kept, add_scaled, dot, rows_of_mut};
+use crate::constants::NEGLIGIBLE_EPSILONS;
+use crate::workspace::split;
+use crate::{Error, Scalar};
+
+/// Values this many times larger than the cut, or smaller, are on their side of it without doubt: a diagonal of R may
+/// differ from the singular value by the square root of the number of rows, and hardly ever does by more than ten.
+const CLEAR: f64 = 100.0;
+
+/// A row that keeps this share of its length when others are taken from it is orthogonal to them to rounding.
+const ORTHOGONAL_SHARE: f64 = 0.5;
+
+/// Two passes are enough (W. Kahan); the third sees that they were.
+const PASSES: usize = 3;
+
+/// Columns that are changed at a time: their sums stay in registers.
+const BLOCK: usize = 16;
+
+/// Orthonormal rows that span those of `a` (m x n), in its place, and the rows of `b` (m x any but 0) that belong to
+/// them.
+///
+/// Returns `None` where a value lies so near to `cut` times the largest that singular values have to decide. Then `a`
+/// and `b` are only reflected, and have the singular values that they had.
+pub(crate) fn clearly_independent<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    [m, n]: [usize; 2],
+    cut: S,
+) -> Result<Option<Kept<S>>, Error> {
+    let clear = S::from_f64(CLEAR);
+    let Reduced { rank, first, next } = reduce_longest(a, b, [m, n], cut * clear)?;
+    // Written so that NaN is not clear.
+    if rank == 0 || !(next * clear <= cut * first) {
+        return Ok(None);
+    }
+    let width = b.len() / m.max(1);
+    let (a, b) = (rows_of_mut(a, n, 0..rank)?, rows_of_mut(b, width, 0..rank)?);
+    let [least, largest] = orthonormalise(a, b, n)?;
+    Ok(Some(Kept { rank, least: least / largest, dropped: next / first }))
+}
+
+/// Makes independent rows of `a` (of n columns) orthonormal, from the first to the last, and turns those of `b` (of any
+/// number of columns but 0) with them. Returns the shortest and the longest length that was left of a row.
+pub(crate) fn orthonormalise<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    n: usize,
+) -> Result<[S; 2], Error> {
+    let count = a.len() / n.max(1);
+    let width = b.len() / count.max(1);
+    let (mut least, mut largest) = (S::from_f64(f64::INFINITY), S::ZERO);
+    for i in 0..count {
+        let (mut rest, mut rest_b) = (&mut *a, &mut *b);
+        let (done, done_b) = (split(&mut rest, i * n)?, split(&mut rest_b, i * width)?);
+        let (row, row_b) = (split(&mut rest, n)?, split(&mut rest_b, width)?);
+        let mut length = dot(row, row).sqrt();
+        for _ in 0..PASSES {
+            let before = length;
+            for (other, other_b) in done.chunks_exact(n).zip(done_b.chunks_exact(width.max(1))) {
+                let share = -dot(row, other);
+                add_scaled(row, share, other);
+                add_scaled(row_b, share, other_b);
+            }
+            length = dot(row, row).sqrt();
+            if length > S::from_f64(ORTHOGONAL_SHARE) * before {
+                break;
+            }
+        }
+        let scale = S::ONE / length;
+        row.iter_mut().chain(row_b).for_each(|value| *value *= scale);
+        (least, largest) = (least.min(length), largest.max(length));
+    }
+    Ok([least, largest])
+}
+
+/// Result of [`reduce_longest`].
+struct Reduced<S> {
+    /// Rows that are left.
+    rank: usize,
+    /// Length of the first column that was reflected.
+    first: S,
+    /// Length of the longest column of what remains of the other rows.
+    next: S,
+}
+
+/// Householder reflections of `a` (m x n), and with it of `b` (m x any), each of the longest column of the rows that are
+/// left, until that is no longer than `least` times the first, or rounding.
+fn reduce_longest<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    [m, n]: [usize; 2],
+    least: S,
+) -> Result<Reduced<S>, Error> {
+    let width = b.len() / m.max(1);
+    let rounding = S::from_f64(NEGLIGIBLE_EPSILONS) * S::EPSILON * dot(a, a).sqrt();
+    let mut first = None;
+    for done in 0..m.min(n) {
+        let (a, b) = (rows_of_mut(a, n, done..m)?, rows_of_mut(b, width, done..m)?);
+        let (j, length) = longest_column(a, n);
+        let first = *first.get_or_insert(length);
+        // Written so that NaN ends it.
+        if !(length > least * first && length > rounding) {
+            return Ok(Reduced { rank: done, first, next: length });
+        }
+        let alpha = if a[j] > S::ZERO { -length } else { length };
+        // v = column - alpha e_1, kept in the column; H = 1 - v v^T / (alpha (alpha - head)).
+        let scale = S::ONE / (alpha * (alpha - a[j]));
+        a[j] -= alpha;
+        reflect_others(a, n, j, scale);
+        reflect(b, width, (&*a, n, j), scale);
+        a.iter_mut().skip(j).step_by(n).for_each(|entry| *entry = S::ZERO);
+        a[j] = alpha;
+    }
+    Ok(Reduced { rank: m.min(n), first: first.unwrap_or(S::ZERO), next: S::ZERO })
+}
+
+/// The longest of n columns, and its length.
+fn longest_column<S: Scalar>(a: &[S], n: usize) -> (usize, S) {
+    let (mut longest, mut most) = (0, -S::ONE);
+    for start in (0..n).step_by(BLOCK) {
+        let mut squares = [S::ZERO; BLOCK];
+        for row in a.chunks_exact(n) {
+            for (square, &x) in squares.iter_mut().zip(&row[start..]) {
+                *square += x * x;
+            }
+        }
+        for (j, &square) in squares.iter().enumerate().take(n - start) {
+            // Written so that NaN is the longest.
+            if !(square <= most) {
+                (longest, most) = (start + j, square);
+            }
+        }
+    }
+    (longest, most.sqrt())
+}
+
+/// Reflects all of n columns but j, in which the vector of the reflection is.
+fn reflect_others<S: Scalar>(a: &mut [S], n: usize, j: usize, scale: S) {
+    for start in (0..n).step_by(BLOCK) {
+        let mut sums = [S::ZERO; BLOCK];
+        for row in a.chunks_exact(n) {
+            let v = scale * row[j];
+            for (sum, &x) in sums.iter_mut().zip(&row[start..]) {
+                *sum += v * x;
+            }
+        }
+        if let Some(sum) = j.checked_sub(start).and_then(|j| sums.get_mut(j)) {
+            *sum = S::ZERO;
+        }
+        for row in a.chunks_exact_mut(n) {
+            let v = row[j];
+            for (x, &sum) in row[start..].iter_mut().zip(&sums) {
+                *x -= v * sum;
+            }
+        }
+    }
+}
+
+/// Reflects the columns of `b` by the vector in column j of another matrix of n columns.
+fn reflect<S: Scalar>(b: &mut [S], width: usize, (a, n, j): (&[S], usize, usize), scale: S) {
+    let vector = || a.chunks_exact(n).filter_map(|row| row.get(j));
+    for start in (0..width).step_by(BLOCK) {
+        let mut sums = [S::ZERO; BLOCK];
+        for (row, &v) in b.chunks_exact(width).zip(vector()) {
+            for (sum, &x) in sums.iter_mut().zip(&row[start..]) {
+                *sum += scale * v * x;
+            }
+        }
+        for (row, &v) in b.chunks_exact_mut(width).zip(vector()) {
+            for (x, &sum) in row[start..].iter_mut().zip(&sums) {
+                *x -= v * sum;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear::test_matrix;
+    use nalgebra::{DMatrix, DVector};
+
+    /// Rows of an m x n matrix with these singular values, which b = A x has too.
+    fn matrix(m: usize, n: usize, values: &[f64]) -> DMatrix<f64> {
+        let k = values.len();
+        let u = test_matrix(m, k, (m * 100 + n * 10 + k) as u64).qr().q();
+        let v = test_matrix(n, k, (m * 10 + n + k * 1000) as u64).qr().q();
+        u * DMatrix::from_diagonal(&DVector::from_column_slice(values)) * v.transpose()
+    }
+
+    fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
+        matrix.transpose().iter().copied().collect()
+    }
+
+    /// Checks that orthonormal rows span those of the matrix, and that the right-hand sides go with them.
+    fn check(m: usize, n: usize, values: &[f64], rank: usize) {
+        let a = matrix(m, n, values);
+        let x = DMatrix::from_fn(n, 2, |i, k| (1.0 + i as f64 + 3.0 * k as f64).sin());
+        let (mut rows, mut rhs) = (row_major(&a), row_major(&(&a * &x)));
+        let found = clearly_independent(&mut rows, &mut rhs, [m, n], 1e-6).unwrap();
+        let kept = found.expect("a clear rank");
+        assert_eq!(kept.rank, rank, "{m} x {n}");
+        let z = DMatrix::from_row_slice(rank, n, &rows[..rank * n]);
+        let error = (&z * z.transpose() - DMatrix::identity(rank, rank)).amax();
+        assert!(error <= 1e-14, "{m} x {n}: {error:e}");
+        // What the rows leave of A is what was dropped.
+        let dropped = values.get(rank).copied().unwrap_or(0.0);
+        let rest = (&a - &a * z.transpose() * &z).amax();
+        assert!(rest <= 1e-14 + 4.0 * dropped, "{m} x {n}: {rest:e}");
+        let least = values[rank - 1] / values[0];
+        let rhs = DMatrix::from_row_slice(rank, 2, &rhs[..rank * 2]);
+        let error = (&z * x - rhs).amax();
+        assert!(error <= (1e-14 + 4.0 * dropped) / least, "{m} x {n}: {error:e}");
+        assert!((kept.least / least).ln().abs() < 3.0_f64.ln(), "{} for {least}", kept.least);
+    }
+
+    #[test]
+    fn rows_of_every_shape_and_rank_are_spanned() {
+        for m in 1..12 {
+            for n in 1..20 {
+                for rank in 1..=m.min(n) {
+                    let values: Vec<f64> = (0..rank).map(|i| 0.5_f64.powi(i as i32)).collect();
+                    check(m, n, &values, rank);
+                }
+            }
+        }
+        check(40, 30, &[3.0; 25], 25);
+    }
+
+    #[test]
+    fn small_values_count_on_their_side_of_the_cut() {
+        for (small, rank) in [(1e-3, 3), (1e-9, 2), (1e-15, 2)] {
+            check(3, 3, &[1.0, 0.3, small], rank);
+            check(9, 6, &[1.0, 0.3, small], rank);
+        }
+    }
+
+    /// Next to the cut, and of matrices without a rank, nothing is decided, and the singular values are kept.
+    #[test]
+    fn doubtful_values_are_left_to_others() {
+        for small in [2e-5, 1e-6, 5e-8] {
+            let a = matrix(5, 4, &[1.0, 0.3, small]);
+            let (mut rows, mut rhs) = (row_major(&a), vec![0.0; 5]);
+            assert!(clearly_independent(&mut rows, &mut rhs, [5, 4], 1e-6).unwrap().is_none());
+            let left = DMatrix::from_row_slice(5, 4, &rows);
+            assert!((left.transpose() * &left - a.transpose() * &a).amax() < 1e-15);
+        }
+        for value in [0.0, f64::NAN] {
+            let (mut rows, mut rhs) = ([value; 6], [1.0; 2]);
+            assert!(clearly_independent(&mut rows, &mut rhs, [2, 3], 1e-6).unwrap().is_none());
+        }
+    }
+}
