@@ -30,8 +30,8 @@ fn closed(system: &Interpreter) -> Vec<f64> {
     q
 }
 
-/// Compares all functions of a mechanism at closed angles and random numbers. Returns the largest number of rows.
-fn check(name: &str, compiled: &Compiled) -> usize {
+/// Compares all functions of a mechanism at closed angles and random numbers.
+fn check(name: &str, compiled: &Compiled) {
     let program = &compiled.program;
     let (system, engine) = (Interpreter::new(program), Interpretation::new(program));
     let mut random = Random::new(7);
@@ -43,12 +43,11 @@ fn check(name: &str, compiled: &Compiled) -> usize {
             (0..length).map(|_| random.range(-1.0, 1.0)).collect()
         }
     };
-    let (mut numbers, mut longest) = (Numbers::default(), 0);
+    let mut numbers = Numbers::default();
     for function in program.functions.iter().filter(|function| !function.outputs.is_empty()) {
         let signature = function.kind.signature();
         let table = Table::of(function, &mut numbers);
         assert!(table.cells() <= CELLS, "{name}: {:?}", table.size);
-        longest = longest.max(table.size.words);
         let arguments: Vec<Vec<f64>> = signature.inputs.iter().map(|&x| argument(x)).collect();
         let nothing = || signature.lengths(&program.interface).map(|length| vec![0.5; length]);
         let (mut expected, mut found): (Vec<_>, Vec<_>) =
@@ -71,7 +70,6 @@ fn check(name: &str, compiled: &Compiled) -> usize {
             assert!(error <= TOLERANCE * scale, "{place}: {error:e} of {scale:e}");
         }
     }
-    longest
 }
 
 #[test]
@@ -85,8 +83,7 @@ fn tables_of_examples_give_the_same_values() {
 #[test]
 fn tables_of_sheets_give_the_same_values() {
     check("miura 4x4", &compile_text(&miura(4, 4)));
-    let rows = check("yoshimura 3x3", &compile_text(&yoshimura(3, 3)));
-    assert!(rows > 10_000, "{rows} rows");
+    check("yoshimura 3x3", &compile_text(&yoshimura(3, 3)));
 }
 
 /// The module of a long sheet, compiled by rustc: du/dt by numbered statements, energies by a table.
