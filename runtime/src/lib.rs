@@ -116,6 +116,7 @@ mod scalar;
 mod sin_cos;
 mod state;
 mod stops;
+pub mod table;
 mod workspace;
 
 pub use acceleration::{Constraint, acceleration, acceleration_and_forces, acceleration_in_motion};

@@ -106,7 +106,9 @@ impl Workshop {
         for input in &interface.inputs {
             let _ = writeln!(fields, "        model.inputs.{} = next();", names.give(input));
         }
-        let main = MAIN.replace("TYPE", &type_name(&interface.name)).replace("FIELDS\n", &fields);
+        let model = if fields.is_empty() { "let model" } else { "let mut model" };
+        let main = MAIN.replace("let mut model", model).replace("FIELDS\n", &fields);
+        let main = main.replace("TYPE", &type_name(&interface.name));
         write(&folder.join("src/main.rs"), &main)?;
         let target = folder.join("target");
         let mut build = Command::new(env!("CARGO"));

@@ -90,6 +90,21 @@ impl Constants {
         table.finish()
     }
 
+    /// Collects the constants that functions use, numbered instead of named.
+    pub fn numbered<'a>(functions: impl IntoIterator<Item = &'a Function>) -> Self {
+        let mut constants = Self::default();
+        let mut known = HashMap::new();
+        for Use { magnitude, subject, .. } in functions.into_iter().flat_map(uses) {
+            let index = *known.entry(magnitude.to_bits()).or_insert_with(|| {
+                let (name, place) = (format!("N{}", constants.list.len()), Place::Folded);
+                constants.list.push(Constant { name, value: magnitude, place });
+                constants.list.len() - 1
+            });
+            constants.uses.insert((magnitude.to_bits(), subject), index);
+        }
+        constants
+    }
+
     /// Returns the constants, grouped by subject.
     pub fn groups(&self) -> impl Iterator<Item = Group<'_>> {
         let subject = |constant: &Constant| match constant.place {

@@ -9,4 +9,5 @@ mod naming;
 pub mod python;
 pub mod rust;
 pub mod statements;
+pub mod tables;
 mod text;

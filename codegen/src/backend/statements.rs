@@ -5,6 +5,8 @@
 //! values that are used once, and products that only one sum uses. The remaining values have names from
 //! the derivation.
 
+use std::collections::HashMap;
+
 use super::constants::Constants;
 use super::identifiers::Names;
 use super::naming::{Naming, Users, users};
@@ -139,7 +141,32 @@ pub fn statements(
     parts: &Parts,
     reserved: &[&str],
 ) -> Vec<Stretch> {
+    write(program, constants, function, parts, reserved, None)
+}
+
+/// Returns the statements as [`statements`], with numbers instead of names, and without headings. Values from
+/// earlier parts are read where they are used, from the array of this name.
+pub fn numbered(
+    program: &Program,
+    constants: &Constants,
+    function: &Function,
+    parts: &Parts,
+    (reserved, kept): (&[&str], &'static str),
+) -> Vec<Stretch> {
+    write(program, constants, function, parts, reserved, Some(kept))
+}
+
+fn write(
+    program: &Program,
+    constants: &Constants,
+    function: &Function,
+    parts: &Parts,
+    reserved: &[&str],
+    kept: Option<&'static str>,
+) -> Vec<Stretch> {
     let users = users(function);
+    let leaves = parts.list.iter().flat_map(|part| &part.leaves).copied();
+    let numbered = kept.map(|kept| Numbered { kept, cells: leaves.collect() });
     let mut writer = Writer {
         naming: Naming::new(program, function, &users),
         users: &users,
@@ -150,6 +177,7 @@ pub fn statements(
         written: vec![None; function.instructions.len()],
         stretches: vec![Stretch::default(); parts.list.len()],
         section: None,
+        numbered,
     };
     writer.write();
     writer.write_entries();
@@ -168,6 +196,15 @@ struct Writer<'a> {
     stretches: Vec<Stretch>,
     /// Part and section of the last statement.
     section: Option<(usize, Section)>,
+    numbered: Option<Numbered>,
+}
+
+/// How values are numbered instead of named.
+struct Numbered {
+    /// Name of the array of values that cross from part to part.
+    kept: &'static str,
+    /// Cells of these values.
+    cells: HashMap<Value, usize>,
 }
 
 impl Writer<'_> {
@@ -178,8 +215,14 @@ impl Writer<'_> {
         }
     }
 
-    /// Returns an operand in the code of a subject. Constants of the table are replaced by their names.
-    fn operand(&self, value: Value, subject: Subject) -> Expression {
+    /// Returns an operand in the code of a part and a subject. Constants of the table are replaced by their names.
+    fn operand(&self, value: Value, (part, subject): (usize, Subject)) -> Expression {
+        if let Some(Numbered { kept, cells }) = &self.numbered
+            && self.parts.home[value.index()] != part
+            && let Some(cell) = cells.get(&value)
+        {
+            return Expression::Name(format!("{kept}[{cell}]"));
+        }
         match self.of(value) {
             Expression::Constant(number) => match self.constants.name(*number, subject) {
                 Some(name) => Expression::Number { name: name.to_owned(), negative: *number < 0.0 },
@@ -208,7 +251,8 @@ impl Writer<'_> {
             if self.written[index].is_some() {
                 continue;
             }
-            let expression = self.expression(instruction.op, instruction.section.subject);
+            let place = (self.parts.home[index], instruction.section.subject);
+            let expression = self.expression(instruction.op, place);
             let inline = self.is_inline(index, &expression);
             self.written[index] = Some(if inline {
                 expression
@@ -229,7 +273,8 @@ impl Writer<'_> {
                 Users::Sum(_) if is_term => true,
                 Users::One(_) if matches!(instruction.op, Op::Neg(_)) => true,
                 Users::Sum(_) | Users::One(_) | Users::Entry => {
-                    instruction.name.is_none() && expression.size() <= LONGEST_EXPRESSION
+                    (instruction.name.is_none() || self.numbered.is_some())
+                        && expression.size() <= LONGEST_EXPRESSION
                 }
                 Users::None | Users::Many => false,
             }
@@ -263,8 +308,8 @@ impl Writer<'_> {
         for output in &self.function.outputs {
             for (index, &entry) in output.entries.iter().enumerate() {
                 let subject = self.function.instructions[entry.index()].section.subject;
-                let value = self.operand(entry, subject);
                 let home = self.parts.home[entry.index()];
+                let value = self.operand(entry, (home, subject));
                 self.stretches[home].entries.push((output.name, index, value));
             }
         }
@@ -281,11 +326,15 @@ impl Writer<'_> {
         let crossing: Vec<_> =
             self.parts.list.iter().map(|part| (named(&part.takes), named(&part.leaves))).collect();
         for (stretch, (takes, leaves)) in self.stretches.iter_mut().zip(crossing) {
-            (stretch.takes, stretch.leaves) = (takes, leaves);
+            stretch.takes = if self.numbered.is_some() { Vec::new() } else { takes };
+            stretch.leaves = leaves;
         }
     }
 
     fn name(&mut self, index: usize) -> String {
+        if self.numbered.is_some() {
+            return self.names.give(&format!("v{index}"));
+        }
         self.names.give(&self.naming.of(Value(index)))
     }
 
@@ -293,26 +342,26 @@ impl Writer<'_> {
     fn push(&mut self, index: usize, statement: Statement) {
         let place = (self.parts.home[index], self.function.instructions[index].section);
         let list = &mut self.stretches[place.0].list;
-        if self.section.replace(place) != Some(place) {
+        if self.section.replace(place) != Some(place) && self.numbered.is_none() {
             list.push(Statement::Section(place.1));
         }
         list.push(statement);
     }
 
-    fn expression(&self, op: Op, subject: Subject) -> Expression {
+    fn expression(&self, op: Op, place: (usize, Subject)) -> Expression {
         use Binding::{Atom, Product, Sum};
         let infix = |x, operator, y, [left, right]: [Binding; 2]| {
-            let [x, y] = [x, y].map(|operand| self.operand(operand, subject));
+            let [x, y] = [x, y].map(|operand| self.operand(operand, place));
             Expression::Infix(x.within(left), operator, y.within(right))
         };
         match op {
-            Op::Neg(x) => Expression::Negated(self.operand(x, subject).within(Product)),
+            Op::Neg(x) => Expression::Negated(self.operand(x, place).within(Product)),
             Op::Add(x, y) => infix(x, Infix::Add, y, [Sum, Product]),
             Op::Sub(x, y) => infix(x, Infix::Sub, y, [Sum, Product]),
             Op::Mul(x, y) => infix(x, Infix::Mul, y, [Product, Atom]),
             Op::Div(x, y) => infix(x, Infix::Div, y, [Product, Atom]),
             op => {
-                let arguments = op.operands().map(|x| self.operand(x, subject)).collect();
+                let arguments = op.operands().map(|x| self.operand(x, place)).collect();
                 Expression::Call(op.mnemonic(), arguments)
             }
         }

@@ -13,3 +13,4 @@ mod machine_code;
 mod readable;
 mod reserved;
 mod selections;
+mod tables;

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use lamc::kane::Phase;
 use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
-use lamc::program::{FunctionKind, Interpreter, Program};
+use lamc::program::{Form, FunctionKind, Interpreter, Program};
 use lamc::topology::Topology;
 use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
 use lamc_workbench::execution::Jit;
@@ -64,6 +64,7 @@ fn report(compiled: &Compiled) -> String {
     // Writing to a String cannot fail.
     let _ = write_mobility(&mut text, &compiled.topology);
     let _ = write_method(&mut text, compiled);
+    let _ = write_form(&mut text, &compiled.program);
     let _ = write_bodies(&mut text, &compiled.topology.mechanism);
     let _ = write_linear_ranges(&mut text, &compiled.topology.mechanism);
     if let Some(step) = longest_step(compiled) {
@@ -118,6 +119,17 @@ fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
             writeln!(text, "acceleration: by articulated inertias, body by body")
         }
         _ => writeln!(text, "acceleration: solved by the runtime, without straight-line code"),
+    }
+}
+
+/// Writes in which form the Rust module has its functions, where it is not straight-line code.
+fn write_form(text: &mut String, program: &Program) -> fmt::Result {
+    match program.form(FunctionKind::Acceleration) {
+        Form::StraightLine => Ok(()),
+        Form::Numbered => {
+            writeln!(text, "Rust module: tables; the acceleration is straight-line code")
+        }
+        Form::Tables => writeln!(text, "Rust module: tables"),
     }
 }
 

@@ -9,14 +9,17 @@ use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::ScalarChoice;
+use super::fused::{Fused, bare, fused};
 use super::items::{FieldNames, Syntax, number};
 use crate::backend::constants::{Constant, Constants};
 use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
-use crate::backend::statements::{Expression, Infix, SineCosine, Statement, Stretch, statements};
+use crate::backend::statements::{Expression, Infix, SineCosine, Statement, Stretch};
+use crate::backend::statements::{numbered, statements};
+use crate::backend::tables::Numbers;
 use crate::backend::text::wrap;
 use crate::kane::Quantity;
-use crate::program::{Argument, Function, Part, Parts, Program, Shape, Slot};
+use crate::program::{Argument, Form, Function, Part, Parts, Program, Shape, Slot};
 
 /// Names that function bodies use besides their arguments: the conversion of constants, the fused
 /// multiply-add, the array that the parts of a function share, and the closure that receives the
@@ -36,13 +39,17 @@ const INDENT: &str = "        ";
 
 /// The function bodies of a module, and the functions into which long bodies are split.
 pub struct Bodies<'a> {
-    program: &'a Program,
+    pub(super) program: &'a Program,
     scalar: ScalarChoice,
-    syntax: &'a Syntax,
-    fields: &'a FieldNames,
+    pub(super) syntax: &'a Syntax,
+    pub(super) fields: &'a FieldNames,
     constants: Constants,
-    texts: Vec<String>,
+    pub(super) texts: Vec<String>,
     parts: TokenStream,
+    /// Numbers that the tables read.
+    pub(super) numbers: Numbers,
+    /// The tables, in lines.
+    pub(super) tables: Vec<String>,
 }
 
 impl<'a> Bodies<'a> {
@@ -53,7 +60,11 @@ impl<'a> Bodies<'a> {
         syntax: &'a Syntax,
         fields: &'a FieldNames,
     ) -> Self {
-        let constants = Constants::of(program, &program.functions, &[]);
+        let forms = |form| program.functions.iter().filter(move |f| program.form(f.kind) == form);
+        let constants = match forms(Form::StraightLine).next() {
+            Some(_) => Constants::of(program, &program.functions, &[]),
+            None => Constants::numbered(forms(Form::Numbered)),
+        };
         Self {
             program,
             scalar,
@@ -62,17 +73,27 @@ impl<'a> Bodies<'a> {
             constants,
             texts: Vec::new(),
             parts: TokenStream::new(),
+            numbers: Numbers::default(),
+            tables: Vec::new(),
         }
     }
 
     /// Returns the statements that assign every output of `function` to the array with the output's
     /// name. The values that the function reads have the names from [`given`].
     pub fn write(&mut self, function: &Function) -> TokenStream {
+        let form = self.program.form(function.kind);
+        if form == Form::Tables {
+            return self.write_table(function);
+        }
         let parts = parts(function);
         let reserved = reserved(function.kind.signature(), HELPERS);
-        let stretches = statements(self.program, &self.constants, function, &parts, &reserved);
+        let (program, constants) = (self.program, &self.constants);
+        let stretches = match form {
+            Form::Numbered => numbered(program, constants, function, &parts, (&reserved, "kept")),
+            _ => statements(program, constants, function, &parts, &reserved),
+        };
         if let [stretch] = &stretches[..] {
-            return self.text(stretch);
+            return self.text(stretch, form);
         }
         let (scalar, cells) = (&self.syntax.scalar, number(parts.cells));
         let zero: TokenStream = constant(self.scalar, 0.0);
@@ -89,7 +110,7 @@ impl<'a> Bodies<'a> {
                 }
             }
             let (names, types): (Vec<_>, Vec<_>) = parameters.into_iter().unzip();
-            let (locals, body) = (&self.syntax.locals, self.text(stretch));
+            let (locals, body) = (&self.syntax.locals, self.text(stretch, form));
             calls.extend(quote!(self.#name(#(#names),*);));
             self.parts.extend(quote! {
                 #[inline(never)]
@@ -172,7 +193,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// Stores the text of a stretch and returns the tokens of its placeholder.
-    fn text(&mut self, stretch: &Stretch) -> TokenStream {
+    fn text(&mut self, stretch: &Stretch, form: Form) -> TokenStream {
         let mut lines = Vec::new();
         for (name, cell) in &stretch.takes {
             line(&mut lines, format!("let {name} = kept[{cell}];"));
@@ -185,6 +206,9 @@ impl<'a> Bodies<'a> {
         }
         for (name, cell) in &stretch.leaves {
             line(&mut lines, format!("kept[{cell}] = {name};"));
+        }
+        if form == Form::Numbered {
+            shorten(&mut lines);
         }
         self.texts.push(lines.join("\n"));
         let index = number(self.texts.len() - 1);
@@ -278,6 +302,19 @@ impl<'a> Bodies<'a> {
     }
 }
 
+/// Shortens the lines of a function in numbered statements: a third is spaces and repeated names.
+fn shorten(lines: &mut Vec<String>) {
+    for line in &mut *lines {
+        *line = line.trim_start().replace("mul_add(", "f(").replace("kept[", "k[");
+    }
+    let shorter = [("let k = kept;", "k["), ("let f = mul_add;", "f(")];
+    for (declaration, use_of) in shorter {
+        if lines.iter().any(|line| line.contains(use_of)) {
+            lines.insert(0, declaration.to_owned());
+        }
+    }
+}
+
 /// Appends a statement to the lines of a function, wrapped to the line width.
 fn line(lines: &mut Vec<String>, text: String) {
     wrap(&format!("{INDENT}{text}"), lines);
@@ -288,40 +325,6 @@ fn trait_path(scalar: ScalarChoice) -> &'static str {
     match scalar {
         ScalarChoice::Generic => "S",
         _ => "::lamc_runtime::Arithmetic",
-    }
-}
-
-/// The operation factors[0] factors[1] + sum. `negative` negates the product, `less` negates the sum.
-struct Fused<'a> {
-    negative: bool,
-    factors: [&'a Expression; 2],
-    sum: &'a Expression,
-    less: bool,
-}
-
-/// Returns a sum or difference with a product as one fused operation. If both operands are products,
-/// the second is fused, because its factors are more likely to be computed late.
-fn fused(expression: &Expression) -> Option<Fused<'_>> {
-    let Expression::Infix(x, operator @ (Infix::Add | Infix::Sub), y) = expression else {
-        return None;
-    };
-    let less = *operator == Infix::Sub;
-    match (bare(x), bare(y)) {
-        (_, Expression::Infix(a, Infix::Mul, b)) => {
-            Some(Fused { negative: less, factors: [a, b], sum: x, less: false })
-        }
-        (Expression::Infix(a, Infix::Mul, b), _) => {
-            Some(Fused { negative: false, factors: [a, b], sum: y, less })
-        }
-        _ => None,
-    }
-}
-
-/// Returns the expression without the parentheses around it.
-fn bare(expression: &Expression) -> &Expression {
-    match expression {
-        Expression::Parenthesised(x) => bare(x),
-        x => x,
     }
 }
 

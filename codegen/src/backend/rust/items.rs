@@ -96,10 +96,11 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let batch = batch(program, choice, &fields);
     let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
     let table = bodies.table();
+    let tables = bodies.tables();
     let (parts, texts) = bodies.finish();
     let parts = parts_of(program, &syntax, &parts);
     let tokens = quote! {
-        #sizes #names #table #parameters #inputs #model #methods #mechanism #straight_line #parts #batch #exports
+        #sizes #names #table #tables #parameters #inputs #model #methods #mechanism #straight_line #parts #batch #exports
     };
     (tokens, texts)
 }

@@ -5,11 +5,13 @@
 
 mod body;
 mod exports;
+mod fused;
 mod header;
 mod implementation;
 mod items;
 mod methods;
 mod straight_line;
+mod tables;
 
 use crate::backend::c::Real;
 use crate::program::{Program, Selection};

@@ -1,0 +1,42 @@
+//! The form in which a backend writes a function: straight-line code or tables.
+//!
+//! Straight-line code is faster as long as it does not outgrow the caches, and readable; its text takes some 100 bytes
+//! per operation, which neither a reader nor rustc gets through where there are tens of thousands. See decision 51.
+
+use super::ir::{Function, Program};
+use super::signature::FunctionKind;
+
+/// How a backend writes a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A statement for each value, named for what it is.
+    StraightLine,
+    /// A statement for each value, numbered: as fast, in a sixth of the text.
+    Numbered,
+    /// A loop over the rows of a table.
+    Tables,
+}
+
+/// Operations of all functions of a module of several loops above which its functions are tables. rustc 1.95 needs 19 s for
+/// straight-line code of 68,000, a sheet of 6 x 6 plates.
+const LONG: usize = 40_000;
+
+/// Operations of the acceleration above which it is a table like the other functions. It is called several times
+/// per step. Measured: see docs/PERFORMANCE.md.
+const LONG_ACCELERATION: usize = 40_000;
+
+impl Program {
+    /// Returns the form of a function. Mechanisms of at most one loop have straight-line code whatever their length.
+    pub fn form(&self, kind: FunctionKind) -> Form {
+        let operations = |function: &Function| function.cost().total();
+        let all: usize = self.functions.iter().map(operations).sum();
+        if self.interface.loops.len() < 2 || all <= LONG {
+            return Form::StraightLine;
+        }
+        let is_acceleration = kind == FunctionKind::Acceleration;
+        match is_acceleration && operations(self.function_of(kind)) <= LONG_ACCELERATION {
+            true => Form::Numbered,
+            false => Form::Tables,
+        }
+    }
+}
