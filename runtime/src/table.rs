@@ -238,7 +238,8 @@ const fn read_values(text: &[u8], words: &mut [u64]) -> usize {
             while field < fields(group) {
                 let change = number(text, &mut at);
                 let size = change.div_ceil(2);
-                row[field] = if change % 2 == 0 { row[field] + size } else { row[field] - size };
+                row[field] =
+                    if change.is_multiple_of(2) { row[field] + size } else { row[field] - size };
                 field += 1;
             }
             words[length] = word(group, row);
