@@ -365,6 +365,7 @@ fn pointer(mapping: &Mapping) -> &'static str {
         "crease" => "/pattern/crease",
         "crease hinge" => "/pattern/crease/hinge",
         "fold" => "/pattern/fold",
+        "crease joint" => "/pattern/joints/crease_48_m50",
         "layers" => "/pattern/layers",
         "initial" => "/initial",
         "point" => "/points/tip",

@@ -82,7 +82,7 @@ const OWN_ACTIONS: [Key; 9] = {
     let mut keys = ACTIONS;
     let mut index = 0;
     while index < keys.len() {
-        keys[index].presence = Presence::Optional("as at all creases");
+        keys[index].presence = Presence::Optional("that of all creases holds");
         index += 1;
     }
     keys
