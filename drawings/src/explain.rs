@@ -94,7 +94,7 @@ pub fn explain(drawing: &Drawing, pattern: Option<&Pattern>, marks: &[Mark]) -> 
     for (index, mark) in marks.iter().enumerate() {
         circles(&mut text, index + 1, mark, size);
     }
-    messages(&mut text, &marks, [x + margin, y + h], TEXT * size);
+    messages(&mut text, marks, [x + margin, y + h], TEXT * size);
     text.push_str("</svg>\n");
     text
 }

@@ -99,8 +99,7 @@ fn a_motor_at_one_crease_moves_the_sheet() {
     let mut lines = table.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
     let column = |name: &str| header.iter().position(|it| it.starts_with(name)).unwrap();
-    let [time, driven, straight] =
-        ["t", "q.crease_48_m50", "q.crease_37_m65"].map(|name| column(name));
+    let [time, driven, straight] = ["t", "q.crease_48_m50", "q.crease_37_m65"].map(column);
     let cosine = 14.0 / 14_f64.hypot(30.0);
     let mut rows = 0;
     for line in lines {
