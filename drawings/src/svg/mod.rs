@@ -1,4 +1,4 @@
-//! Reads and writes SVG in the convention of Origami Simulator ([`crate::colour`]).
+//! Reads and writes SVG in the convention of Origami Simulator (`colour.rs`).
 //!
 //! The elements `path`, `line`, `polyline`, `polygon`, `rect`, `circle` and `ellipse` are lines if they have a
 //! stroke, however thin; their fill does not matter. A shape without stroke, or with one in white, grey or
@@ -8,14 +8,14 @@
 //! over 180 degrees.
 //!
 //! Coordinates are those of the page's user units with y upwards: without transforms they keep their bits
-//! ([`size`] says what the unit is).
+//! (`size.rs` says what the unit is).
 //!
 //! # Why not usvg
 //!
 //! usvg resolves styles and clones too, but it computes in `f32`, which moves points by 1e-7 of the size of the
 //! drawing; it drops what cannot be seen, where this reader says what it ignored; and its tree has no positions
 //! in the text, which each message here has. So this reader takes roxmltree for the syntax, svgtypes for the
-//! syntax of attributes, and has rules for styles of its own ([`sheet`], [`style`]).
+//! syntax of attributes, and has rules for styles of its own (`sheet.rs`, `style.rs`).
 
 mod guard;
 mod path;

@@ -1,7 +1,7 @@
 //! Functions as tables, for the loops of [`lamc_runtime::table`]: the second form of functions that are too long for
 //! straight-line code.
 //!
-//! Operations become rows ([`Rows`]), rows of one kind at one distance from the results become groups (`order`),
+//! Operations become rows (`rows`), rows of one kind at one distance from the results become groups (`order`),
 //! groups become text (`text`).
 
 mod order;
