@@ -3,7 +3,7 @@
 use super::ir::{Function, Interface, Op, Program, Slot, Value};
 use super::signature::{FunctionKind, Role};
 use crate::kane::Subject;
-use crate::source::is_identifier;
+use crate::source::{is_identifier, is_keyword};
 
 /// A broken invariant of a program: a bug in a pass, never a user's mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -70,22 +70,23 @@ fn counts(interface: &Interface) -> Result<(), VerifyError> {
 fn texts(program: &Program) -> Result<(), VerifyError> {
     let Program { interface, facts, functions } = program;
     let Interface { joints, bodies, nodes, points, parameters, inputs, cuts, .. } = interface;
+    let is_name = |name: &str| is_identifier(name) && !is_keyword(name);
     // What `tunable` makes a parameter is called `stiffness.left`.
-    let is_path = |name: &str| name.split('.').all(is_identifier);
+    let is_path = |name: &str| name.split('.').all(is_name);
     let is_line = |text: &str| !text.contains(char::is_control);
     let lines = |texts: &[String]| texts.iter().all(|text| is_line(text));
     let mut instructions = functions.iter().flat_map(|function| &function.instructions);
     let quantities = facts.iter().filter_map(|fact| fact.quantity.as_ref());
     let is_hash = |text: &str| text.bytes().all(|byte| byte.is_ascii_hexdigit());
     let checks = [
-        ("the name of the model", is_identifier(&interface.name)),
-        ("the name of a joint", joints.iter().all(|joint| is_identifier(&joint.name))),
-        ("the name of a body", bodies.iter().all(|body| is_identifier(&body.name))),
+        ("the name of the model", is_name(&interface.name)),
+        ("the name of a joint", joints.iter().all(|joint| is_name(&joint.name))),
+        ("the name of a body", bodies.iter().all(|body| is_name(&body.name))),
         ("the name of a body", joints.iter().flat_map(|j| &j.bodies).all(|name| is_line(name))),
         ("the name of a node", nodes.iter().all(|name| is_identifier(name))),
-        ("the name of a point", points.iter().all(|name| is_identifier(name))),
+        ("the name of a point", points.iter().all(|name| is_name(name))),
         ("the name of a parameter", parameters.iter().all(|it| is_path(&it.name))),
-        ("the name of an input", inputs.iter().all(|name| is_identifier(name))),
+        ("the name of an input", inputs.iter().all(|name| is_name(name))),
         ("the name of a cut joint", cuts.iter().all(|name| is_identifier(name))),
         ("the name of a value", instructions.all(|i| i.name.as_deref().is_none_or(is_identifier))),
         ("the name of a fact", facts.iter().all(|fact| is_identifier(&fact.name))),
