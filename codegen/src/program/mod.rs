@@ -45,7 +45,7 @@ pub use interpreter::{Interpretation, Interpreter};
 pub use ir::*;
 pub use parts::{Angle, Part, Parts, angles, is_read};
 pub use selection::{Selection, UnknownFunction};
-pub use serial::{ReadError, VERSION};
+pub use serial::{FORMAT_VERSION, ReadError};
 pub use shape::{Array, Shape, Size};
 pub use signature::*;
 pub use verify::{VerifyError, verify};

@@ -3,7 +3,7 @@
 //!
 //! The bytes are [`sealed`](crate::sealed) as `lamcprog`, without context. Their value is [`Program`]: fields in the
 //! order of the types in `ir.rs`, enums by the number of the variant, indices as numbers, `f64` with all bits.
-//! Whoever changes one of these types, [`Phase`](crate::kane::Phase) or the table of signatures raises [`VERSION`];
+//! Whoever changes one of these types, [`Phase`](crate::kane::Phase) or the table of signatures raises [`FORMAT_VERSION`];
 //! a test compares it with the types.
 //!
 //! What was read has passed the [verifier](super::verify()), so that engines and backends can rely on it, whoever
@@ -17,9 +17,9 @@ use super::verify::{VerifyError, verify};
 use crate::sealed::{Format, Unreadable};
 
 /// Version of the format.
-pub const VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 1;
 
-const FORMAT: Format = Format { name: *b"lamcprog", version: VERSION };
+const FORMAT: Format = Format { name: *b"lamcprog", version: FORMAT_VERSION };
 
 /// Why bytes are no program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

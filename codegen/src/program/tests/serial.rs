@@ -7,14 +7,14 @@ use sha2::{Digest, Sha256};
 use crate::kane::{Fact, Phase, Quantity, Section, Subject};
 use crate::pipeline;
 use crate::program::{
-    BodyInfo, FunctionKind, Interface, Interpreter, JointInfo, Moving, Op, ParameterInfo, Program,
-    ReadError, Slot, VERSION, Value, VerifyError,
+    BodyInfo, FORMAT_VERSION, FunctionKind, Interface, Interpreter, JointInfo, Moving, Op,
+    ParameterInfo, Program, ReadError, Slot, Value, VerifyError,
 };
 use crate::sealed::{Format, Unreadable};
 use crate::source::{InputId, JointId, ParameterId, SourceFile};
 use crate::topology::{LoopId, NodeId};
 
-const FORMAT: Format = Format { name: *b"lamcprog", version: VERSION };
+const FORMAT: Format = Format { name: *b"lamcprog", version: FORMAT_VERSION };
 
 /// A loop of four hinges with a parameter.
 const FOUR_BAR: &str = "
@@ -102,13 +102,13 @@ fn each() -> impl Serialize {
     (ops, movings.map(Slot::Change), slots, subjects, fact, interface, sections, FunctionKind::ALL)
 }
 
-/// If this fails, the bytes of a type of the program have changed: raise `VERSION`, and write the new
+/// If this fails, the bytes of a type of the program have changed: raise `FORMAT_VERSION`, and write the new
 /// hash here.
 #[test]
 fn the_version_is_raised_with_the_types() {
     let bytes = FORMAT.write(&each(), &[]);
     let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!((VERSION, &hash[..16]), (1, "2b399e81c91a8294"));
+    assert_eq!((FORMAT_VERSION, &hash[..16]), (1, "2b399e81c91a8294"));
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn bytes_that_are_cut_or_changed_are_refused() {
     });
     let mut older = bytes;
     older[8] = 0;
-    let expected = Unreadable::Version { found: 0, known: VERSION };
+    let expected = Unreadable::Version { found: 0, known: FORMAT_VERSION };
     assert_eq!(refused(&older), ReadError::Unreadable(expected));
 }
 
