@@ -1,8 +1,8 @@
 //! Derived models on disk: the second command on a model starts in milliseconds.
 //!
 //! An entry is a file whose name is a hash of the model, of everything that the user changed in it, and of
-//! this build of lamc. It holds what the model's [`Derived`] is as bytes, with a checksum. Entries appear whole, by
-//! a rename, so that processes may read, write and remove them at the same time. An entry that is damaged is derived
+//! this build of lamc. It holds the model's [`Derived`] as bytes, with a checksum. Entries appear whole, by a
+//! rename, so that processes may read, write and remove them at the same time. A model whose entry is damaged is derived
 //! anew. No problem of the cache is an error of the command: a folder that cannot be read or written is as if it
 //! were empty.
 //!
