@@ -3,6 +3,7 @@
 //! the binary of this crate.
 
 pub mod archive;
+#[cfg(feature = "derive")]
 pub mod cache;
 #[cfg(test)]
 #[allow(dead_code, reason = "a part of it serves here")]

@@ -2,9 +2,9 @@
 
 use std::fmt::{self, Write};
 
-use lamc::kane::Phase;
 use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
+use lamc::program::Phase;
 use lamc::program::{Form, FunctionKind, Interpreter, Program};
 use lamc::topology::Topology;
 use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
