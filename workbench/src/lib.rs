@@ -14,6 +14,7 @@ pub mod execution;
 pub mod export;
 pub mod folding;
 pub mod identify;
+pub mod linear;
 pub mod mocap;
 pub mod motion;
 pub mod page;

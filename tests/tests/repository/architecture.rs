@@ -77,6 +77,7 @@ const FLOORS: [Floors; 5] = [
             ("execution", &[]),
             ("reading", &[]),
             ("identify", &["execution", "reading"]),
+            ("linear", &["execution"]),
             ("mocap", &["reading", "identify"]),
             ("motion", &[]),
             ("simulation", &["execution", "motion"]),
