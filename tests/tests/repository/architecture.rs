@@ -30,7 +30,7 @@ const CRATES: [(&str, &[&str]); 8] = [
 ];
 
 /// Folders that are workspaces of their own or hold no crate.
-const OTHER_FOLDERS: [&str; 3] = ["docs", "examples", "target"];
+const OTHER_FOLDERS: [&str; 4] = ["docs", "examples", "python", "target"];
 
 /// The sources of a crate: each file and folder in them, and what of the crate it may import.
 struct Floors {

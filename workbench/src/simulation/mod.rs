@@ -170,6 +170,18 @@ impl Simulation {
         Ok(())
     }
 
+    /// Integrates to a time, s, and records nothing. Returns false when interrupted before, as [`run`](Self::run) is.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn reach(
+        &mut self,
+        t: f64,
+        mut is_interrupted: impl FnMut() -> bool,
+    ) -> Result<bool, SimulationError> {
+        self.advance(t, &mut is_interrupted)
+    }
+
     /// Sets all inputs, SI, from the time that was reached on: they are held until they are set again. From the
     /// first call on the energy is not audited.
     pub fn hold_inputs(&mut self, inputs: &[f64]) {

@@ -1,0 +1,26 @@
+"""Motion of laminate robots: models compiled to machine code, simulated from NumPy.
+
+>>> import lamc
+>>> model = lamc.load("examples/sixbar.yaml")
+>>> motion = model.simulate(duration=0.5)
+>>> motion.q.shape
+(51, 6)
+
+All numbers are in SI units and radians.
+"""
+
+from ._lamc import Error
+from ._model import Equilibrium, Equations, Jacobian, Model, Modes, load
+from ._motion import Motion, SimulationError
+
+__all__ = [
+    "Equations",
+    "Equilibrium",
+    "Error",
+    "Jacobian",
+    "Model",
+    "Modes",
+    "Motion",
+    "SimulationError",
+    "load",
+]

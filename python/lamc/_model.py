@@ -1,0 +1,638 @@
+"""Models."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _command, _lamc
+from ._motion import Motion, SimulationError, frame
+
+Array = NDArray[np.float64]
+Controller = Callable[[float, Array, Array], Sequence[float] | Mapping[str, float] | float]
+
+
+@dataclass(frozen=True)
+class Equations:
+    """M du/dt = f + J^T lambda with J du/dt = -gamma. A leading axis is that of the states, if there were several."""
+
+    mass: Array
+    """M (N, N), kg m^2."""
+    forcing: Array
+    """f (N), N m."""
+    jacobian: Array
+    """J (C, N)."""
+    gamma: Array
+    """gamma (C)."""
+
+
+@dataclass(frozen=True)
+class Jacobian:
+    """Derivatives of a = du/dt. A leading axis is that of the states, if there were several."""
+
+    acceleration: Array
+    """a (N), rad/s^2."""
+    dq: Array
+    """da/dq (N, N), 1/s^2."""
+    du: Array
+    """da/du (N, N), 1/s."""
+    dt: Array
+    """da/dt (N), rad/s^3."""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A state of rest."""
+
+    q: Array
+    """Angles (N), rad."""
+    stable: bool
+    """Whether it is both statically and dynamically stable."""
+    statically_stable: bool
+    """Whether every small displacement is opposed."""
+    dynamically_stable: bool
+    """Whether no small motion grows."""
+    force: float
+    """The largest remaining generalised force along the closure, N m."""
+    potential_energy: float
+    """J."""
+    iterations: int
+    """Steps that were taken."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Small motions about a state of rest: dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z, d = mobility."""
+
+    equilibrium: Equilibrium
+    """The state of rest."""
+    frequency: Array
+    """Undamped frequencies (modes), Hz, ascending."""
+    damping_ratio: Array
+    """Damping ratios (modes)."""
+    eigenvalue: NDArray[np.complex128]
+    """Eigenvalues of A (modes), 1/s; of a pair the upper one."""
+    shape: NDArray[np.complex128]
+    """The joints' part in each mode (modes, N), the largest made 1."""
+    a: Array
+    """A (2 d, 2 d)."""
+    b: Array
+    """B (2 d, inputs)."""
+    basis: Array
+    """T (N, d)."""
+
+
+def load(
+    source: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    inputs: Mapping[str, str] | None = None,
+    lock: Mapping[str, float] | None = None,
+    cache: bool = True,
+) -> Model:
+    """Loads a model.
+
+    The equations are derived in a process of their own, by the command ``lamc`` of this package. The second
+    time they come from the cache on disk.
+
+    Args:
+        source: The path of a model (lamc's YAML or a popupCAD file), its text (with at least one line break), or
+            the same as a dictionary.
+        inputs: Inputs to replace by formulas of t and the parameters, such as ``{"motor": "0.002*sin(20*t)"}``.
+        lock: Joints to hold at an angle, rad.
+        cache: Whether the cache on disk may be used.
+
+    Raises:
+        Error: The model has errors; the text shows them with lines and carets.
+    """
+    if isinstance(source, Mapping):
+        # JSON is YAML.
+        text: str | None = json.dumps(source, indent=2)
+        path = "-"
+    elif isinstance(source, str) and "\n" in source:
+        text, path = source, "-"
+    else:
+        text, path = None, os.fspath(source)
+    options = [f"--input={name}={formula}" for name, formula in (inputs or {}).items()]
+    options += [f"--lock={joint}={float(angle)!r}rad" for joint, angle in (lock or {}).items()]
+    if not cache:
+        options.append("--no-cache")
+    derived, report = _command.run_with_report(["derive", path, "--output=-", *options], text)
+    if report:
+        warnings.warn(report, stacklevel=2)
+    return Model(_lamc.Program(derived), {}, frozenset(inputs or ()))
+
+
+class Model:
+    """A compiled mechanism of N joints. It does not change, may be used from several threads at once, and can be
+    pickled: whoever unpickles it needs neither the file nor the symbolic engine.
+
+    States are arrays: one state is (N), several are (S, N); results have the same leading axis. ``t`` and ``inputs``
+    may be given once or for each state. Loops are closed by :meth:`assemble`.
+    """
+
+    def __init__(
+        self, native: _lamc.Program, changed: Mapping[str, float], formulas: frozenset[str]
+    ) -> None:
+        self._native = native
+        self._changed = dict(changed)
+        self._formulas = formulas
+        about = native.description()
+        self.name: str = about["name"]
+        """The model's name."""
+        self.joints: list[str] = about["joints"]
+        """Joints, in the order of q and u."""
+        self.bodies: list[str] = about["bodies"]
+        """Bodies."""
+        self.points: list[str] = about["points"]
+        """Named points."""
+        self.inputs: list[str] = about["inputs"]
+        """Inputs, in the order of input arrays."""
+        self.parameters: dict[str, float] = about["parameters"]
+        """Parameters with their values, SI."""
+        self.loops: list[str] = about["loops"]
+        """For each loop its class, equations and rank."""
+        self.mobility: int = about["mobility"]
+        """Degrees of freedom."""
+        self.limits: Array = np.array(about["limits"], dtype=float).reshape(-1, 2)
+        """Allowed angles (N, 2), rad."""
+        self.driven: list[str] = [n for n, driven in zip(self.joints, about["driven"]) if driven]
+        """Joints that follow a prescribed angle."""
+        self.size: float = about["size"]
+        """Diagonal of the flat bounding box, m."""
+        self._initial = about["initial_q"], about["initial_u"], about["pinned"]
+
+    # -- parameters ---------------------------------------------------------------------------------------------
+
+    def with_(self, **parameters: float) -> Model:
+        """Returns the model with other values of some parameters, SI. Nothing is derived or compiled anew.
+
+        Raises:
+            Error: There is no such parameter, or the value is impossible.
+        """
+        values = {name: float(value) for name, value in parameters.items()}
+        native, found = self._native.with_parameters(values)
+        for warning in found:
+            warnings.warn(warning, stacklevel=2)
+        return Model(native, {**self._changed, **values}, self._formulas)
+
+    # -- what follows from states -------------------------------------------------------------------------------
+
+    def acceleration(
+        self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
+    ) -> Array:
+        """Returns du/dt (N), rad/s^2.
+
+        Next to a singular state, where it depends on more digits than states usually have, it is that of the nearest
+        closed state.
+
+        Args:
+            q: Angles (N), rad.
+            u: Speeds (N), rad/s. By default 0.
+            t: Time, s.
+            inputs: Inputs by name or as an array (inputs), SI. By default 0.
+        """
+        states, several = self._states(q, u, t, inputs)
+        [rates] = self._native.acceleration(states)
+        return _shaped(rates, states, several, len(self.joints))
+
+    def reactions(
+        self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
+    ) -> Array:
+        """Returns what each hinge transmits (N, 6): force, N, and moment about the origin, N m, in the base frame,
+        as ``lamc eval`` reports it."""
+        states, several = self._states(q, u, t, inputs)
+        _, _, reactions = self._native.reactions(states)
+        return _shaped(reactions, states, several, len(self.joints), 6)
+
+    def equations(
+        self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
+    ) -> Equations:
+        """Returns the matrices of Kane's equations and of the closure."""
+        states, several = self._states(q, u, t, inputs)
+        mass, forcing, jacobian, gamma = self._native.equations(states)
+        n, rows = len(self.joints), _rows(gamma, states)
+        return Equations(
+            _shaped(mass, states, several, n, n),
+            _shaped(forcing, states, several, n),
+            _shaped(jacobian, states, several, rows, n),
+            _shaped(gamma, states, several, rows),
+        )
+
+    def closure(self, q: ArrayLike) -> tuple[Array, Array]:
+        """Returns by how much the loops are open, nine numbers for each loop, m, and the derivatives by q: (9 L) and
+        (9 L, N)."""
+        states, several = self._states(q, None, 0.0, None)
+        residual, jacobian = self._native.closure(states)
+        rows = 9 * len(self.loops)
+        return (
+            _shaped(residual, states, several, rows),
+            _shaped(jacobian, states, several, rows, len(self.joints)),
+        )
+
+    def jacobian(
+        self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
+    ) -> Jacobian:
+        """Returns du/dt with its derivatives by q, u and t."""
+        states, several = self._states(q, u, t, inputs)
+        acceleration, dq, du, dt = self._native.jacobian(states)
+        n = len(self.joints)
+        return Jacobian(
+            _shaped(acceleration, states, several, n),
+            _shaped(dq, states, several, n, n),
+            _shaped(du, states, several, n, n),
+            _shaped(dt, states, several, n),
+        )
+
+    def energy(
+        self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
+    ) -> Array:
+        """Returns kinetic and potential energy (2), J."""
+        states, several = self._states(q, u, t, inputs)
+        return _shaped(self._native.energy(states)[0], states, several, 2)
+
+    def poses(self, q: ArrayLike) -> tuple[Array, Array]:
+        """Returns rotation matrices (bodies, 3, 3) and translations (bodies, 3), m: a point drawn at x lies at
+        R x + p."""
+        states, several = self._states(q, None, 0.0, None)
+        poses = _shaped(self._native.places(states)[0], states, several, len(self.bodies), 12)
+        return poses[..., :9].reshape(*poses.shape[:-1], 3, 3), poses[..., 9:]
+
+    def positions(self, q: ArrayLike) -> Array:
+        """Returns where the named points are (points, 3), m."""
+        states, several = self._states(q, None, 0.0, None)
+        return _shaped(self._native.places(states)[1], states, several, len(self.points), 3)
+
+    def step(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        dt: float,
+        t: ArrayLike = 0.0,
+        inputs: Any = None,
+        *,
+        steps: int = 1,
+    ) -> tuple[Array, Array]:
+        """Returns (q, u) after steps of the classical Runge-Kutta method, each with a projection onto the loops.
+
+        For many states in one call, as in learning. Joints do not stop at their limits, and a step that is too long
+        for a stiff mechanism fails or gives a wrong motion; :meth:`simulate` chooses its steps.
+
+        Args:
+            q: Angles (N), rad.
+            u: Speeds (N), rad/s.
+            dt: Length of a step, s.
+            t: Time at the start, s.
+            inputs: Inputs, held during all steps, SI.
+            steps: Number of steps.
+        """
+        states, several = self._states(q, u, t, inputs)
+        moved, speeds = self._native.step(states, float(dt), int(steps))
+        n = len(self.joints)
+        return _shaped(moved, states, several, n), _shaped(speeds, states, several, n)
+
+    # -- closed states, rest, motion ----------------------------------------------------------------------------
+
+    def assemble(
+        self, guess: Mapping[str, float] | ArrayLike | None = None, u: ArrayLike | None = None
+    ) -> tuple[Array, Array]:
+        """Returns the closed state (q, u) nearest to a guess.
+
+        Args:
+            guess: Angles by joint, which are kept if the loops close that way, while the others start from the model's
+                initial values; or angles of all joints (N), of which none is kept. By default the model's initial state.
+            u: Speeds (N), rad/s, made consistent with the loops. By default those of the model.
+
+        Raises:
+            Error: No closed state was found.
+        """
+        q, speeds, pinned = (list(values) for values in self._initial)
+        if isinstance(guess, Mapping):
+            pinned = [False] * len(q)
+            for k, angle in zip(self._indices(guess), guess.values()):
+                q[k], pinned[k] = float(angle), True
+        elif guess is not None:
+            q, pinned = self._vector("guess", guess), [False] * len(q)
+        if u is not None:
+            speeds = self._vector("u", u)
+        return self._native.assemble(0.0, q, speeds, pinned)
+
+    def equilibrium(
+        self, guess: Mapping[str, float] | ArrayLike | None = None, inputs: Any = None
+    ) -> Equilibrium:
+        """Returns the state of rest that is reached from the closed state nearest to a guess (:meth:`assemble`).
+
+        Raises:
+            Error: None was found.
+        """
+        return self.modes(guess, inputs).equilibrium
+
+    def modes(
+        self, guess: Mapping[str, float] | ArrayLike | None = None, inputs: Any = None
+    ) -> Modes:
+        """Returns natural frequencies, damping and mode shapes about the equilibrium, and the linear system.
+
+        Raises:
+            Error: There is no equilibrium.
+        """
+        q, _ = self.assemble(guess)
+        found = self._native.rest(list(q), list(self._held(inputs)))
+        for warning in found["warnings"]:
+            warnings.warn(warning, stacklevel=2)
+        n, modes = len(self.joints), found["modes"]
+        rest = Equilibrium(
+            **{
+                key: found[key]
+                for key in (
+                    "q",
+                    "stable",
+                    "statically_stable",
+                    "dynamically_stable",
+                    "force",
+                    "potential_energy",
+                    "iterations",
+                )
+            }
+        )
+        shapes = np.array([shape for *_, shape in modes], dtype=float).reshape(len(modes), n, 2)
+        values = np.array([value for value, *_ in modes], dtype=float).reshape(len(modes), 2)
+        size = len(found["a"])
+        return Modes(
+            equilibrium=rest,
+            frequency=np.array([frequency for _, frequency, _, _ in modes], dtype=float),
+            damping_ratio=np.array([ratio for _, _, ratio, _ in modes], dtype=float),
+            eigenvalue=values[:, 0] + 1j * values[:, 1],
+            shape=shapes[..., 0] + 1j * shapes[..., 1],
+            a=np.array(found["a"], dtype=float).reshape(size, size),
+            b=np.array(found["b"], dtype=float).reshape(size, len(self.inputs)),
+            basis=np.array(found["basis"], dtype=float).reshape(n, size // 2),
+        )
+
+    def simulate(
+        self,
+        duration: float = 2.0,
+        rate: float = 100.0,
+        *,
+        initial: Mapping[str, float] | None = None,
+        state: tuple[ArrayLike, ArrayLike] | None = None,
+        settle: bool = False,
+        inputs: Mapping[str, Any] | Controller | None = None,
+        tolerance: float = 1e-8,
+        method: str = "auto",
+        restitution: float = 0.0,
+    ) -> Motion:
+        """Simulates the model.
+
+        Args:
+            duration: Seconds.
+            rate: Samples per second.
+            initial: Guesses of initial angles by joint, rad, as for :meth:`assemble`.
+            state: (q, u) at the start instead; the loops are closed from there.
+            settle: Begin at the state of rest.
+            inputs: By name a number, an array with a value for each sample, or a function ``f(t, q, u)``; or one
+                function that returns all inputs (by name, or in order). Arrays and functions are sampled at ``rate``
+                and held between samples, as a digital controller does. Formulas are an argument of :func:`load`.
+            tolerance: Error allowed per step, relative and absolute.
+            method: ``auto``, ``dopri5`` (explicit) or ``rodas`` (implicit).
+            restitution: Share of its speed with which a joint leaves a stop.
+
+        Raises:
+            SimulationError: It ended early; ``error.motion`` is what was recorded until then.
+            Error: The model cannot be assembled, or an argument does not fit.
+        """
+        for name, value in (("duration", duration), ("rate", rate), ("tolerance", tolerance)):
+            if not (np.isfinite(value) and value > 0):
+                raise ValueError(f"`{name}` must be a positive number, not {value}")
+        if state is not None and initial is not None:
+            raise ValueError("give either `state` or `initial`")
+        times = np.minimum(np.arange(np.ceil(duration * rate) + 1) / rate, duration)
+        held, changing = self._schedule(inputs, len(times))
+        if state is not None:
+            q, u = self.assemble(state[0], state[1])
+        else:
+            q, u = self.assemble(initial)
+        if settle:
+            q = self._native.rest(list(q), held)["q"]
+            u = np.zeros_like(u)
+        native, failure, found = self._native.simulate(
+            {
+                "times": times.tolist(),
+                "q": list(q),
+                "u": list(u),
+                "held": held,
+                "inputs": changing,
+                "method": method,
+                "tolerance": float(tolerance),
+                "restitution": float(restitution),
+                "may_unfold": state is None and not settle,
+            }
+        )
+        for warning in found:
+            warnings.warn(warning, stacklevel=2)
+        motion = Motion(native, self)
+        if failure is not None:
+            raise SimulationError(failure, motion)
+        return motion
+
+    # -- files --------------------------------------------------------------------------------------------------
+
+    def write_rust(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        scalar: str = "generic",
+        extern_c: bool = False,
+        functions: Sequence[str] | None = None,
+    ) -> None:
+        """Writes the Rust module, as ``lamc MODEL -o PATH`` does.
+
+        Args:
+            path: The file.
+            scalar: ``generic``, ``f64`` or ``f32``.
+            extern_c: Whether the module exports the functions of the C header.
+            functions: Functions besides those that every motion needs; by default all but ``jacobian``.
+        """
+        _write(path, self._native.rust(scalar, extern_c, _list(functions)))
+
+    def write_c(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        header: str | os.PathLike[str] | None = None,
+        scalar: str = "f64",
+        functions: Sequence[str] | None = None,
+    ) -> None:
+        """Writes the C module and its header, by default beside it under the same name with ``.h``."""
+        beside = Path(header) if header is not None else Path(path).with_suffix(".h")
+        source, declarations = self._native.c(scalar, beside.name, _list(functions))
+        _write(path, source)
+        _write(beside, declarations)
+
+    def write_fmu(self, path: str | os.PathLike[str], *, version: int = 2) -> None:
+        """Writes a source FMU for Model Exchange and Co-Simulation.
+
+        Args:
+            path: The file.
+            version: 2 for FMI 2.0, 3 for FMI 3.0.
+        """
+        Path(path).write_bytes(self._native.fmu(version))
+
+    # -- Python -------------------------------------------------------------------------------------------------
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _read, (self._native.to_bytes(), self._changed, self._formulas)
+
+    def __repr__(self) -> str:
+        return (
+            f"<lamc.Model {self.name}: {len(self.joints)} joints, {len(self.loops)} loops, "
+            f"mobility {self.mobility}>"
+        )
+
+    def _repr_html_(self) -> str:
+        q, u = self.assemble()
+        request = {
+            "times": [0.0],
+            "q": list(q),
+            "u": list(u),
+            "held": [0.0] * len(self.inputs),
+            "inputs": None,
+            "method": "auto",
+            "tolerance": 1e-8,
+            "restitution": 0.0,
+            "may_unfold": False,
+        }
+        native, _, _ = self._native.simulate(request)
+        return frame(native.html())
+
+    # -- arguments ----------------------------------------------------------------------------------------------
+
+    def _indices(self, names: Iterable[str]) -> list[int]:
+        known = {name: k for k, name in enumerate(self.joints)}
+        try:
+            return [known[name] for name in names]
+        except KeyError as missing:
+            there = ", ".join(self.joints)
+            raise _lamc.Error(f"there is no joint {missing}; there are {there}") from None
+
+    def _vector(self, name: str, numbers: ArrayLike) -> list[float]:
+        vector = np.asarray(numbers, dtype=float)
+        if vector.shape != (len(self.joints),):
+            raise _lamc.Error(f"`{name}` has the shape {vector.shape}, not ({len(self.joints)},)")
+        values: list[float] = vector.tolist()
+        return values
+
+    def _ordered(self, values: Mapping[str, Any]) -> list[Any]:
+        """Values by name in the order of the inputs; 0 where there is none."""
+        for name in values:
+            if name not in self.inputs:
+                there = ", ".join(self.inputs) or "none"
+                raise _lamc.Error(f"there is no input `{name}`; there are: {there}")
+            if name in self._formulas:
+                raise _lamc.Error(f"input `{name}` follows the formula that was given to `load`")
+        return [values.get(name, 0.0) for name in self.inputs]
+
+    def _held(self, inputs: Any) -> Array:
+        """Inputs of one state, or of several, as an array (.., inputs)."""
+        if inputs is None:
+            return np.zeros(len(self.inputs))
+        if isinstance(inputs, Mapping):
+            columns = [np.asarray(column, dtype=float) for column in self._ordered(inputs)]
+            return np.stack(np.broadcast_arrays(*columns), axis=-1) if columns else np.zeros(0)
+        values = np.asarray(inputs, dtype=float)
+        if values.ndim == 0 or values.shape[-1] != len(self.inputs):
+            raise _lamc.Error(f"`inputs` has the shape {values.shape}, not (.., {len(self.inputs)})")
+        return values
+
+    def _states(
+        self, q: ArrayLike, u: ArrayLike | None, t: ArrayLike, inputs: Any
+    ) -> tuple[_lamc.States, bool]:
+        """The arguments as contiguous rows, and whether there was an axis of states."""
+        n = len(self.joints)
+        angles = np.asarray(q, dtype=float)
+        if angles.ndim not in (1, 2) or angles.shape[-1] != n:
+            raise _lamc.Error(f"`q` has the shape {angles.shape}, not ({n},) or (S, {n})")
+        held, times = self._held(inputs), np.asarray(t, dtype=float)
+        speeds = np.zeros(n) if u is None else np.asarray(u, dtype=float)
+        several = angles.ndim == 2 or speeds.ndim == 2 or held.ndim == 2 or times.ndim == 1
+        count = np.broadcast_shapes(
+            angles.shape[:-1], speeds.shape[:-1], held.shape[:-1], times.shape
+        )
+        rows = count[0] if count else 1
+        try:
+            return (
+                np.ascontiguousarray(np.broadcast_to(times, (rows,))),
+                np.ascontiguousarray(np.broadcast_to(angles, (rows, n))),
+                np.ascontiguousarray(np.broadcast_to(speeds, (rows, n))),
+                np.ascontiguousarray(np.broadcast_to(held, (rows, len(self.inputs)))),
+            ), several
+        except ValueError:
+            raise _lamc.Error(f"`u` has the shape {speeds.shape}, not ({n},) or (S, {n})") from None
+
+    def _schedule(self, inputs: Any, samples: int) -> tuple[list[float], Any]:
+        """Inputs that are held throughout, and what changes them: an array (samples, inputs) or a function."""
+        if callable(inputs):
+            return [0.0] * len(self.inputs), self._control(inputs)
+        if inputs is None:
+            return [0.0] * len(self.inputs), None
+        if not isinstance(inputs, Mapping):
+            raise _lamc.Error("`inputs` is neither a mapping by name nor a function")
+        values = self._ordered(inputs)
+        zero = np.zeros(())
+        columns = [zero if callable(value) else np.asarray(value, dtype=float) for value in values]
+        for name, column in zip(self.inputs, columns):
+            if column.ndim and column.shape != (samples,):
+                raise _lamc.Error(
+                    f"input `{name}` has the shape {column.shape}, not ({samples},): a value for each sample"
+                )
+        if all(column.ndim == 0 for column in columns) and not any(map(callable, values)):
+            return [float(column) for column in columns], None
+        table = np.stack([np.broadcast_to(column, samples) for column in columns], axis=1)
+        if not any(map(callable, values)):
+            return table[0].tolist(), np.ascontiguousarray(table)
+
+        def call(sample: int, t: float, q: Array, u: Array) -> list[float]:
+            row = table[sample]
+            return [
+                float(value(t, q, u)) if callable(value) else float(row[k])
+                for k, value in enumerate(values)
+            ]
+
+        return [0.0] * len(values), call
+
+    def _control(self, controller: Controller) -> Callable[[int, float, Array, Array], list[float]]:
+        def call(_: int, t: float, q: Array, u: Array) -> list[float]:
+            chosen = controller(t, q, u)
+            if isinstance(chosen, Mapping):
+                return [float(value) for value in self._ordered(chosen)]
+            return [float(value) for value in np.atleast_1d(np.asarray(chosen, dtype=float))]
+
+        return call
+
+
+def _read(derived: bytes, parameters: Mapping[str, float], formulas: frozenset[str]) -> Model:
+    native = _lamc.Program(derived)
+    return Model(native.with_parameters(dict(parameters))[0], parameters, formulas)
+
+
+def _list(names: Sequence[str] | None) -> list[str] | None:
+    return None if names is None else list(names)
+
+
+def _write(path: str | os.PathLike[str], text: str) -> None:
+    Path(path).write_text(text, encoding="utf-8")
+
+
+def _rows(numbers: Array, states: _lamc.States) -> int:
+    return len(numbers) // max(1, len(states[0]))
+
+
+def _shaped(numbers: Array, states: _lamc.States, several: bool, *shape: int) -> Array:
+    leading = (len(states[0]),) if several else ()
+    return numbers.reshape(*leading, *shape)

@@ -1,0 +1,250 @@
+"""Recorded motions."""
+
+from __future__ import annotations
+
+import html
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _lamc
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    import pandas
+    import xarray
+
+    from ._model import Model
+
+Array = NDArray[np.float64]
+
+
+class SimulationError(_lamc.Error):
+    """A simulation ended early.
+
+    Attributes:
+        motion: What was recorded until then.
+    """
+
+    def __init__(self, reason: str, motion: Motion) -> None:
+        super().__init__(reason)
+        self.motion = motion
+
+
+class Motion:
+    """A recorded motion: S samples of N joints.
+
+    In a notebook it shows itself as a viewer in which it can be played and turned; the viewer needs no
+    network.
+    """
+
+    def __init__(self, native: _lamc.Motion, model: Model) -> None:
+        self._native = native
+        self.model = model
+        """The model that moved."""
+
+    @cached_property
+    def _arrays(self) -> dict[str, Array]:
+        return dict(self._native.arrays())
+
+    def _shaped(self, name: str, *shape: int) -> Array:
+        # NumPy finds no -1 where a part has no numbers.
+        return self._arrays[name].reshape(len(self), *shape)
+
+    def __len__(self) -> int:
+        """The number of samples."""
+        return len(self._arrays["t"])
+
+    @property
+    def t(self) -> Array:
+        """Times (S), s."""
+        return self._arrays["t"]
+
+    @property
+    def q(self) -> Array:
+        """Angles of the joints (S, N), rad."""
+        return self._shaped("q", len(self.model.joints))
+
+    @property
+    def u(self) -> Array:
+        """Speeds of the joints (S, N), rad/s."""
+        return self._shaped("u", len(self.model.joints))
+
+    @property
+    def acceleration(self) -> Array:
+        """Accelerations of the joints (S, N), rad/s^2."""
+        return self._shaped("acceleration", len(self.model.joints))
+
+    @property
+    def kinetic_energy(self) -> Array:
+        """Kinetic energy (S), J."""
+        return self._arrays["kinetic"]
+
+    @property
+    def potential_energy(self) -> Array:
+        """Potential energy of gravity and springs (S), J."""
+        return self._arrays["potential"]
+
+    @property
+    def closure(self) -> Array:
+        """The largest component by which a loop is open (S), m."""
+        return self._arrays["closure"]
+
+    @property
+    def points(self) -> Array:
+        """Named points in the base frame (S, points, 3), m."""
+        return self._shaped("points", len(self.model.points), 3)
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrices of the bodies (S, bodies, 3, 3): a point drawn at x lies at R x + p."""
+        poses = self._shaped("poses", len(self.model.bodies), 12)
+        return poses[..., :9].reshape(len(self), len(self.model.bodies), 3, 3)
+
+    @property
+    def translation(self) -> Array:
+        """Where the origin of the drawing lies on each body (S, bodies, 3), m."""
+        return self._shaped("poses", len(self.model.bodies), 12)[..., 9:]
+
+    @property
+    def inputs(self) -> Array:
+        """The inputs that were held from each sample on (S, inputs), SI."""
+        return self._shaped("inputs", len(self.model.inputs))
+
+    @property
+    def complete(self) -> bool:
+        """Whether the intended end was reached."""
+        return self._native.complete
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Returns a table by time: angles under the names of the joints, speeds as ``u.joint``, points as
+        ``point.x``, energies, inputs."""
+        import pandas
+
+        joints = self.model.joints
+        columns: dict[str, Array] = {name: self.q[:, k] for k, name in enumerate(joints)}
+        columns.update({f"u.{name}": self.u[:, k] for k, name in enumerate(joints)})
+        for k, name in enumerate(self.model.points):
+            columns.update({f"{name}.{axis}": self.points[:, k, i] for i, axis in enumerate("xyz")})
+        columns.update({name: self.inputs[:, k] for k, name in enumerate(self.model.inputs)})
+        columns["kinetic_energy"] = self.kinetic_energy
+        columns["potential_energy"] = self.potential_energy
+        return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t"))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Returns a dataset with the dimensions ``t``, ``joint``, ``point``, ``body`` and ``input``."""
+        import xarray
+
+        return xarray.Dataset(
+            {
+                "q": (("t", "joint"), self.q, {"units": "rad"}),
+                "u": (("t", "joint"), self.u, {"units": "rad/s"}),
+                "acceleration": (("t", "joint"), self.acceleration, {"units": "rad/s^2"}),
+                "points": (("t", "point", "axis"), self.points, {"units": "m"}),
+                "rotation": (("t", "body", "row", "column"), self.rotation),
+                "translation": (("t", "body", "axis"), self.translation, {"units": "m"}),
+                "inputs": (("t", "input"), self.inputs),
+                "kinetic_energy": ("t", self.kinetic_energy, {"units": "J"}),
+                "potential_energy": ("t", self.potential_energy, {"units": "J"}),
+                "closure": ("t", self.closure, {"units": "m"}),
+            },
+            coords={
+                "t": ("t", self.t, {"units": "s"}),
+                "joint": self.model.joints,
+                "point": self.model.points,
+                "body": self.model.bodies,
+                "input": self.model.inputs,
+                "axis": ["x", "y", "z"],
+            },
+            attrs={"model": self.model.name},
+        )
+
+    def plot(self, joints: list[str] | None = None) -> matplotlib.figure.Figure:
+        """Draws angles, speeds and energies over time.
+
+        Args:
+            joints: Joints to draw. By default all.
+
+        Returns:
+            A figure of matplotlib with three axes.
+        """
+        from matplotlib.figure import Figure
+
+        chosen = self.model._indices(self.model.joints if joints is None else joints)
+        figure = Figure(figsize=(7, 7), layout="constrained")
+        angles, speeds, energies = figure.subplots(3, sharex=True)
+        for k in chosen:
+            angles.plot(self.t, np.degrees(self.q[:, k]), label=self.model.joints[k])
+            speeds.plot(self.t, np.degrees(self.u[:, k]))
+        energies.plot(self.t, self.kinetic_energy, label="kinetic")
+        energies.plot(self.t, self.potential_energy, label="potential")
+        energies.plot(self.t, self.kinetic_energy + self.potential_energy, "k", lw=0.8, label="both")
+        angles.set_ylabel("angle, deg")
+        speeds.set_ylabel("speed, deg/s")
+        energies.set_ylabel("energy, J")
+        energies.set_xlabel("time, s")
+        if len(chosen) <= 12:
+            angles.legend(ncols=2)
+        energies.legend()
+        return figure
+
+    def html(self) -> str:
+        """Returns the viewer as one HTML page that needs nothing else."""
+        return self._native.html()
+
+    def animate(self, path: str | Path, speed: float = 1.0, size: tuple[int, int] = (800, 600)) -> Path:
+        """Writes the motion for people to see.
+
+        Args:
+            path: ``.mp4``: a video; ``.html``: the viewer; ``.png``: the end of the motion.
+            speed: How fast the video plays; 1 is real time.
+            size: Width and height of pictures, pixels; even for a video.
+
+        Returns:
+            The path.
+        """
+        path = Path(path)
+        match path.suffix:
+            case ".mp4":
+                path.write_bytes(self._native.mp4(speed, size))
+            case ".png":
+                path.write_bytes(self._native.png(self.t[-1], size))
+            case ".html":
+                path.write_text(self.html(), encoding="utf-8")
+            case other:
+                raise ValueError(f"`{other}` is not one of .mp4, .png, .html")
+        return path
+
+    def write_csv(self, path: str | Path) -> None:
+        """Writes the table that ``lamc simulate --csv`` writes."""
+        Path(path).write_text(self._native.csv(), encoding="utf-8")
+
+    def write_npz(self, path: str | Path) -> None:
+        """Writes the archive that ``lamc simulate --npz`` writes."""
+        Path(path).write_bytes(self._native.npz())
+
+    def __repr__(self) -> str:
+        explicit, implicit = self._native.steps
+        ended = "" if self.complete else ", ended early"
+        last = self.t[-1] if len(self) else 0.0
+        return (
+            f"<lamc.Motion of {self.model.name}: {len(self)} samples to {last:g} s, "
+            f"{explicit + implicit} steps{ended}>"
+        )
+
+    def _repr_html_(self) -> str:
+        return frame(self.html())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError("a motion is not pickled: send its arrays, such as `motion.to_xarray()`")
+
+
+def frame(page: str) -> str:
+    """Returns a page as a part of another."""
+    return (
+        f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: 30em; border: 0" '
+        'sandbox="allow-scripts"></iframe>'
+    )

@@ -1,0 +1,89 @@
+//! Closed states, states of rest, and small motions about them.
+
+use lamc_runtime::{Mechanism as _, State, Stopped, assemble, equilibrium, project};
+use lamc_workbench::linear::{Motions, Stability};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::error;
+use crate::program::Program;
+use crate::states::array;
+
+/// q and u.
+type Pair<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+#[pymethods]
+impl Program {
+    /// The closed state nearest to a guess: joints that are pinned keep their angles if the loops close that way.
+    fn assemble<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        mut q: Vec<f64>,
+        mut u: Vec<f64>,
+        pinned: Vec<bool>,
+    ) -> PyResult<Pair<'py>> {
+        let system = self.system();
+        let closed = py.detach(move || {
+            let mut room = system.workspace();
+            assemble(&system, t, &mut q, &pinned, &mut room)?;
+            project(&system, t, &mut q, &mut u, &mut room)?;
+            Ok((q, u))
+        });
+        let (q, u) = closed.map_err(|failure| self.failure(&failure))?;
+        Ok((array(py, &q), array(py, &u)))
+    }
+
+    /// The state of rest near a closed state at these inputs, and the small motions about it.
+    fn rest<'py>(
+        &self,
+        py: Python<'py>,
+        q: Vec<f64>,
+        inputs: Vec<f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let system = self.system_with(&inputs)?;
+        let mechanism = &self.compiled.topology.mechanism;
+        let mut state = State { t: 0.0, u: vec![0.0; q.len()], q };
+        let found = py.detach(|| {
+            let found = equilibrium(&system, 0.0, &mut state.q, &mut system.workspace())?;
+            let q = state.q.clone();
+            let energy = system.energy(0.0, &state.q, &state.u)?;
+            let mut resting = Stopped::new(system);
+            resting.resolve_impacts(&mut state)?;
+            let motions = Motions::about(mechanism, &resting, &state, found.stable)?;
+            Ok((found, q, energy, motions))
+        });
+        let (found, q, energy, motions) = found.map_err(|failure| self.failure(&failure))?;
+        let Motions { linear, modes, stability, warnings, .. } = motions;
+        let Stability { stable, statically_stable, dynamically_stable } = stability;
+        let about = PyDict::new(py);
+        about.set_item("q", array(py, &q))?;
+        about.set_item("force", found.force)?;
+        about.set_item("iterations", found.iterations)?;
+        about.set_item("potential_energy", energy.potential)?;
+        about.set_item("stable", stable)?;
+        about.set_item("statically_stable", statically_stable)?;
+        about.set_item("dynamically_stable", dynamically_stable)?;
+        about.set_item("warnings", warnings)?;
+        about.set_item("basis", &linear.basis)?;
+        about.set_item("a", &linear.a)?;
+        about.set_item("b", &linear.b)?;
+        let modes = modes
+            .iter()
+            .map(|mode| (mode.eigenvalue, mode.frequency, mode.damping_ratio, mode.shape.clone()));
+        about.set_item("modes", PyList::new(py, modes)?)?;
+        Ok(about)
+    }
+
+    /// A message if the numbers of a state are not those of the model.
+    fn expects(&self, name: &str, given: usize) -> PyResult<()> {
+        let expected = self.interface().joints.len();
+        match given == expected {
+            true => Ok(()),
+            false => Err(error(format_args!(
+                "`{name}` has {given} numbers, the model has {expected} joints"
+            ))),
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! Simulations.
+
+use lamc_runtime::State;
+use lamc_workbench::execution::Jit;
+use lamc_workbench::motion::{Motion as Recorded, Work};
+use lamc_workbench::simulation::{Fold, Method, Settings, Simulation, SimulationError, unfold};
+use numpy::PyReadonlyArray2;
+use pyo3::prelude::*;
+
+use crate::error;
+use crate::motion::Motion;
+use crate::program::Program;
+use crate::states::array;
+
+/// Steps between two looks at whether Python has been interrupted.
+const PATIENCE: u32 = 200;
+
+/// How the inputs change.
+#[derive(FromPyObject)]
+enum Inputs<'py> {
+    /// Values for each sample, held until the next.
+    Sampled(PyReadonlyArray2<'py, f64>),
+    /// A function of (sample, t, q, u), whose result is held until the next sample.
+    Controlled(Py<PyAny>),
+}
+
+/// What a simulation is asked for.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Request<'py> {
+    times: Vec<f64>,
+    q: Vec<f64>,
+    u: Vec<f64>,
+    /// Values at the start.
+    held: Vec<f64>,
+    inputs: Option<Inputs<'py>>,
+    method: String,
+    tolerance: f64,
+    restitution: f64,
+    /// Whether the state was not given by the caller, so that a flat sheet may be bent a little.
+    may_unfold: bool,
+}
+
+impl Request<'_> {
+    fn settings(&self) -> PyResult<Settings> {
+        let method = match &*self.method {
+            "auto" => Method::Auto,
+            "dopri5" => Method::Dopri5,
+            "rodas" => Method::Rodas,
+            other => {
+                return Err(error(format_args!("`{other}` is not one of auto, dopri5, rodas")));
+            }
+        };
+        let duration = self.times.last().copied().unwrap_or_default();
+        Ok(Settings { method, duration, tolerance: self.tolerance, restitution: self.restitution })
+    }
+}
+
+/// Asks Python now and then whether it has been interrupted, and keeps what it says.
+struct Watch {
+    steps: u32,
+    interrupt: Option<PyErr>,
+}
+
+impl Watch {
+    fn is_interrupted(&mut self) -> bool {
+        self.steps += 1;
+        if self.steps >= PATIENCE {
+            self.steps = 0;
+            self.interrupt = Python::attach(|py| py.check_signals()).err();
+        }
+        self.interrupt.is_some()
+    }
+}
+
+/// What is known after a run: why it ended early, and the inputs from each sample on.
+struct Run {
+    failure: Option<SimulationError>,
+    interrupt: Option<PyErr>,
+    held: Vec<f64>,
+}
+
+/// Runs with inputs that are held from sample to sample: `next` says which, if they change.
+fn run(
+    simulation: &mut Simulation,
+    times: &[f64],
+    start: &[f64],
+    mut next: impl FnMut(usize, &State<Vec<f64>, f64>) -> PyResult<Option<Vec<f64>>>,
+) -> Run {
+    let mut watch = Watch { steps: 0, interrupt: None };
+    let (mut held, mut all) = (start.to_vec(), Vec::new());
+    let mut failure = None;
+    for (sample, &t) in times.iter().enumerate() {
+        match simulation.reach(t, || watch.is_interrupted()) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(found) => {
+                failure = Some(found);
+                break;
+            }
+        }
+        match next(sample, simulation.state()) {
+            Ok(None) => {}
+            Ok(Some(values)) => {
+                simulation.hold_inputs(&values);
+                held = values;
+            }
+            Err(raised) => {
+                watch.interrupt = Some(raised);
+                break;
+            }
+        }
+        if let Err(found) = simulation.run([t], || false, |_| ()) {
+            failure = Some(found);
+            break;
+        }
+        all.extend_from_slice(&held);
+    }
+    Run { failure, interrupt: watch.interrupt, held: all }
+}
+
+/// What a controller returns, as the inputs of the model.
+fn controlled(
+    py: Python<'_>,
+    controller: &Py<PyAny>,
+    sample: usize,
+    state: &State<Vec<f64>, f64>,
+) -> PyResult<Vec<f64>> {
+    controller.call1(py, (sample, state.t, array(py, &state.q), array(py, &state.u)))?.extract(py)
+}
+
+#[pymethods]
+impl Program {
+    /// A motion, why it ended early, and warnings.
+    fn simulate(
+        &self,
+        py: Python<'_>,
+        request: Request<'_>,
+    ) -> PyResult<(Motion, Option<String>, Vec<String>)> {
+        let mut system: Jit = self.system_with(&request.held)?;
+        let settings = request.settings()?;
+        let mut state = State { t: 0.0, q: request.q.clone(), u: request.u.clone() };
+        let mut warnings = Vec::new();
+        if request.may_unfold {
+            warnings.extend(unfold(&system, &mut state).map(|fold| match fold {
+                Fold::Begun(bent) => format!(
+                    "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad in the direction \
+                     of its forces; `initial` chooses another direction"
+                ),
+                Fold::Loose => "a flat sheet can fold in many ways, and its forces do not determine one: if \
+                     the simulation fails, start from a folded guess (`initial`)"
+                    .to_owned(),
+            }));
+        }
+        let mechanism = &self.compiled.topology.mechanism;
+        let (samples, controller) = match &request.inputs {
+            Some(Inputs::Sampled(samples)) => (samples.as_slice()?, None),
+            Some(Inputs::Controlled(controller)) => (&[][..], Some(controller)),
+            None => (&[][..], None),
+        };
+        let mut start = request.held.clone();
+        match controller {
+            Some(controller) => start = controlled(py, controller, 0, &state)?,
+            None if !samples.is_empty() => start = samples[..start.len()].to_vec(),
+            None => {}
+        }
+        if start.len() != request.held.len() {
+            let (given, expected) = (start.len(), request.held.len());
+            return Err(error(format_args!("{given} inputs are given, the model has {expected}")));
+        }
+        system.set_inputs(&start);
+        let work = Work::new(mechanism, system.parameters(), system.inputs());
+        let width = start.len();
+        let times = &request.times;
+        let (simulation, outcome) = py.detach(|| {
+            let simulation = Simulation::new(system, state, work, &settings);
+            let mut simulation = simulation.map_err(|failure| self.failure(&failure))?;
+            let outcome = run(&mut simulation, times, &start, |sample, state| match controller {
+                // The first call was made before.
+                Some(_) if sample == 0 => Ok(None),
+                Some(controller) => {
+                    let values = Python::attach(|py| controlled(py, controller, sample, state))?;
+                    match values.len() == width {
+                        true => Ok(Some(values)),
+                        false => Err(error(format_args!(
+                            "the function gives {} inputs, the model has {width}",
+                            values.len()
+                        ))),
+                    }
+                }
+                None if samples.is_empty() || sample == 0 => Ok(None),
+                None => Ok(Some(samples[sample * width..][..width].to_vec())),
+            });
+            PyResult::Ok((simulation, outcome))
+        })?;
+        if let Some(raised) = outcome.interrupt {
+            return Err(raised);
+        }
+        let steps = simulation.steps();
+        let recorded =
+            Recorded { complete: outcome.failure.is_none(), ..simulation.motion().clone() };
+        let motion = Motion {
+            compiled: self.compiled.clone(),
+            recorded,
+            inputs: outcome.held,
+            steps: [steps.explicit, steps.implicit],
+        };
+        Ok((motion, outcome.failure.map(|failure| failure.to_string()), warnings))
+    }
+}

@@ -1,0 +1,247 @@
+//! What follows from states: arrays in, arrays out, a row for each state.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use lamc_runtime::plumbing::{Balance, EquationsMut};
+use lamc_runtime::{
+    Error as RuntimeError, JacobianMut, Mechanism as _, Rk4, acceleration_and_forces, jacobian,
+    project,
+};
+use lamc_workbench::execution::Jit;
+use lamc_workbench::simulation::describe;
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray as _};
+use pyo3::prelude::*;
+
+use crate::error;
+use crate::program::Program;
+
+/// Time, q, u and inputs of each state, as Python gives them: contiguous rows.
+pub struct States<'py> {
+    t: PyReadonlyArray1<'py, f64>,
+    q: PyReadonlyArray2<'py, f64>,
+    u: PyReadonlyArray2<'py, f64>,
+    inputs: PyReadonlyArray2<'py, f64>,
+}
+
+impl<'py> FromPyObject<'_, 'py> for States<'py> {
+    type Error = PyErr;
+
+    /// From the tuple (t, q, u, inputs).
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let (t, q, u, inputs) = object.extract()?;
+        Ok(Self { t, q, u, inputs })
+    }
+}
+
+/// A state and the system at its inputs.
+struct State<'a> {
+    row: usize,
+    t: f64,
+    q: &'a [f64],
+    u: &'a [f64],
+}
+
+/// Flat arrays.
+type Outputs<'py> = Vec<Bound<'py, PyArray1<f64>>>;
+
+/// Evaluates each state without the GIL. `widths` are the numbers per state of each output.
+fn each<'py>(
+    py: Python<'py>,
+    program: &Program,
+    states: &States<'py>,
+    widths: &[usize],
+    mut evaluate: impl FnMut(&Jit, &State<'_>, &mut [f64], &mut [Vec<f64>]) -> Result<(), RuntimeError>
+    + Send,
+) -> PyResult<Outputs<'py>> {
+    let mut system = program.system();
+    let (n, inputs) = (system.dimensions().coordinates, system.inputs().len());
+    let (t, q, u) = (states.t.as_slice()?, states.q.as_slice()?, states.u.as_slice()?);
+    let held = states.inputs.as_slice()?;
+    let count = t.len();
+    for (name, given, expected) in [
+        ("q", q.len(), count * n),
+        ("u", u.len(), count * n),
+        ("inputs", held.len(), count * inputs),
+    ] {
+        if given != expected {
+            return Err(error(format_args!("`{name}` has {given} numbers, not {expected}")));
+        }
+    }
+    let mut outputs: Vec<Vec<f64>> =
+        widths.iter().map(|width| vec![f64::NAN; count * width]).collect();
+    let reached = AtomicUsize::new(0);
+    let (outcome, outputs) = py.detach(|| {
+        let mut room = system.workspace();
+        let mut all = || {
+            for row in 0..count {
+                if inputs > 0 {
+                    system.set_inputs(&held[row * inputs..][..inputs]);
+                }
+                reached.store(row, Ordering::Relaxed);
+                let state = State { row, t: t[row], q: &q[row * n..][..n], u: &u[row * n..][..n] };
+                evaluate(&system, &state, &mut room, &mut outputs)?;
+            }
+            Ok(())
+        };
+        let outcome: Result<(), RuntimeError> = all();
+        (outcome, outputs)
+    });
+    if let Err(failure) = outcome {
+        let row = reached.into_inner();
+        return Err(error(format_args!(
+            "state {row}: {}",
+            describe(&failure, program.interface())
+        )));
+    }
+    Ok(outputs.into_iter().map(|numbers| PyArray1::from_vec(py, numbers)).collect())
+}
+
+/// du/dt and the multipliers. Where the acceleration depends on more digits than states usually have, it is that of the
+/// nearest closed state.
+fn solve(
+    system: &Jit,
+    state: &State<'_>,
+    room: &mut [f64],
+    rates: &mut [f64],
+    forces: &mut [f64],
+) -> Result<(), RuntimeError> {
+    let State { t, q, u, .. } = *state;
+    let found = acceleration_and_forces(system, t, q, u, room, rates, forces)?;
+    if found.is_weak {
+        let (mut q, mut u) = (q.to_vec(), u.to_vec());
+        if project(system, t, &mut q, &mut u, room).is_ok() {
+            acceleration_and_forces(system, t, &q, &u, room, rates, forces)?;
+        }
+    }
+    Ok(())
+}
+
+#[pymethods]
+impl Program {
+    /// du/dt, N.
+    fn acceleration<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        let d = self.system().dimensions();
+        let n = d.coordinates;
+        each(py, self, &states, &[n], |system, state, room, out| {
+            let rates = &mut out[0][state.row * n..][..n];
+            let found = lamc_runtime::acceleration(system, state.t, state.q, state.u, room, rates)?;
+            match found.is_weak {
+                true => solve(system, state, room, rates, &mut vec![0.0; d.rows + d.drives]),
+                false => Ok(()),
+            }
+        })
+    }
+
+    /// du/dt, N; the multipliers, C + D; the reactions, 6 N.
+    fn reactions<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        let d = self.system().dimensions();
+        let (n, m) = (d.coordinates, d.rows + d.drives);
+        each(py, self, &states, &[n, m, 6 * n], |system, state, room, out| {
+            let [rates, forces, reactions] = out else { return Ok(()) };
+            let rates = &mut rates[state.row * n..][..n];
+            let forces = &mut forces[state.row * m..][..m];
+            solve(system, state, room, rates, forces)?;
+            let State { t, q, u, .. } = *state;
+            let at = Balance { t, q, u, acceleration: rates, multipliers: &forces[..d.rows] };
+            system.write_reactions(at, &mut reactions[state.row * 6 * n..][..6 * n])
+        })
+    }
+
+    /// M, N x N; f, N; J, C x N; gamma, C.
+    fn equations<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        let d = self.system().dimensions();
+        let (n, c) = (d.coordinates, d.rows);
+        each(py, self, &states, &[n * n, n, c * n, c], |system, state, _, out| {
+            let [mass, forcing, jacobian, gamma] = out else { return Ok(()) };
+            let out = EquationsMut {
+                mass: &mut mass[state.row * n * n..][..n * n],
+                forcing: &mut forcing[state.row * n..][..n],
+                jacobian: &mut jacobian[state.row * c * n..][..c * n],
+                gamma: &mut gamma[state.row * c..][..c],
+            };
+            system.write_equations(state.t, state.q, state.u, out)
+        })
+    }
+
+    /// The closure residual, 9 L; its derivatives by q, 9 L x N.
+    fn closure<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        let d = self.system().dimensions();
+        let (n, rows) = (d.coordinates, 9 * d.loops);
+        each(py, self, &states, &[rows, rows * n], |system, state, _, out| {
+            let [residual, jacobian] = out else { return Ok(()) };
+            let residual = &mut residual[state.row * rows..][..rows];
+            system.write_closure(
+                state.q,
+                residual,
+                &mut jacobian[state.row * rows * n..][..rows * n],
+            )
+        })
+    }
+
+    /// du/dt, N; its derivatives by q, N x N, by u, N x N, and by t, N.
+    fn jacobian<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        let n = self.system().dimensions().coordinates;
+        each(py, self, &states, &[n, n * n, n * n, n], |system, state, room, out| {
+            let [acceleration, dq, du, dt] = out else { return Ok(()) };
+            let out = JacobianMut {
+                acceleration: &mut acceleration[state.row * n..][..n],
+                dq: &mut dq[state.row * n * n..][..n * n],
+                du: &mut du[state.row * n * n..][..n * n],
+                dt: &mut dt[state.row * n..][..n],
+            };
+            jacobian(system, state.t, state.q, state.u, room, out)
+        })
+    }
+
+    /// q and u after some steps of this length, s, of the classical Runge-Kutta method, each with a projection.
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        states: States<'py>,
+        step: f64,
+        steps: usize,
+    ) -> PyResult<Outputs<'py>> {
+        let n = self.system().dimensions().coordinates;
+        let mut integrator = Rk4::new(&self.system());
+        each(py, self, &states, &[n, n], |system, state, _, out| {
+            let mut moved =
+                lamc_runtime::State { t: state.t, q: state.q.to_vec(), u: state.u.to_vec() };
+            for _ in 0..steps {
+                integrator.step(system, &mut moved, step)?;
+            }
+            out[0][state.row * n..][..n].copy_from_slice(&moved.q);
+            out[1][state.row * n..][..n].copy_from_slice(&moved.u);
+            Ok(())
+        })
+    }
+
+    /// Kinetic and potential energy, J.
+    fn energy<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        each(py, self, &states, &[2], |system, state, _, out| {
+            let (q, u) = (state.q.to_vec(), state.u.to_vec());
+            let energy = system.energy(state.t, &q, &u)?;
+            out[0][state.row * 2..][..2].copy_from_slice(&[energy.kinetic, energy.potential]);
+            Ok(())
+        })
+    }
+
+    /// The pose of each body, 12: R row by row, then p; the points, 3.
+    fn places<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        let d = self.system().dimensions();
+        let widths = [12 * d.bodies, 3 * d.points];
+        each(py, self, &states, &widths, |system, state, _, out| {
+            let q = state.q.to_vec();
+            let [poses, points] = out else { return Ok(()) };
+            poses[state.row * widths[0]..][..widths[0]]
+                .copy_from_slice(system.poses(&q)?.as_flattened());
+            points[state.row * widths[1]..][..widths[1]]
+                .copy_from_slice(system.points(&q)?.as_flattened());
+            Ok(())
+        })
+    }
+}
+
+/// A list of numbers as an array.
+pub fn array<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray1<f64>> {
+    numbers.to_pyarray(py)
+}
