@@ -10,13 +10,14 @@ All numbers are in SI units and radians.
 """
 
 from ._lamc import Error
-from ._model import Equilibrium, Equations, Jacobian, Model, Modes, load
+from ._model import Equilibrium, Equations, Fit, Jacobian, Model, Modes, load
 from ._motion import Motion, SimulationError
 
 __all__ = [
     "Equations",
     "Equilibrium",
     "Error",
+    "Fit",
     "Jacobian",
     "Model",
     "Modes",

@@ -90,6 +90,24 @@ class Modes:
     """T (N, d)."""
 
 
+@dataclass(frozen=True)
+class Fit:
+    """Parameters that were identified from a measured motion."""
+
+    model: Model
+    """The model with these parameters."""
+    parameters: dict[str, float]
+    """The identified parameters, SI."""
+    standard_error: dict[str, float]
+    """Their standard errors, SI."""
+    correlation: Array
+    """Correlations of the estimates, in the order of ``parameters``."""
+    rms: float
+    """Root mean square of the residuals, rad."""
+    q: Array
+    """The fitted motion at the measured times (S, N), rad."""
+
+
 def load(
     source: str | os.PathLike[str] | Mapping[str, Any],
     *,
@@ -440,6 +458,61 @@ class Model:
         if failure is not None:
             raise SimulationError(failure, motion)
         return motion
+
+    def fit(
+        self,
+        t: ArrayLike,
+        q: ArrayLike | Mapping[str, ArrayLike],
+        free: Sequence[str],
+        *,
+        initial: Mapping[str, float] | None = None,
+        from_rest: bool = False,
+    ) -> Fit:
+        """Identifies parameters from measured angles, by least squares between the measured and the simulated motion.
+
+        The parameters' values are the first guess. Unknown are also where the motion starts and, unless it starts from
+        rest, how fast.
+
+        Args:
+            t: Times (S), s, ascending.
+            q: Angles (S, N), rad, NaN where none was measured; or by joint (S), for the joints that were measured.
+            free: Parameters to identify. Those of hinges and plates are parameters if the model has ``tunable``.
+            initial: Guesses of initial angles that were not measured, rad.
+            from_rest: Whether the motion starts from rest.
+
+        Raises:
+            Error: The record does not determine the parameters, or no minimum was found.
+        """
+        times = np.asarray(t, dtype=float)
+        n = len(self.joints)
+        if isinstance(q, Mapping):
+            angles = np.full((len(times), n), np.nan)
+            for k, column in zip(self._indices(q), q.values()):
+                angles[:, k] = column
+        else:
+            angles = np.asarray(q, dtype=float)
+        if times.ndim != 1 or angles.shape != (len(times), n):
+            raise _lamc.Error(f"`q` has the shape {angles.shape}, not ({len(times)}, {n})")
+        if len(times) < 3 or not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
+            raise _lamc.Error("`t` must have at least three ascending times")
+        guess = {} if initial is None else dict(initial)
+        start = list(zip(self._indices(guess), map(float, guess.values())))
+        found = self._native.fit(times.tolist(), angles.tolist(), list(free), start, from_rest)
+        if not found["is_near"]:
+            warnings.warn(
+                "the model does not move as measured: the residuals are "
+                f"{found['share']:.0%} of the motion",
+                stacklevel=2,
+            )
+        parameters = dict(zip(found["names"], found["values"]))
+        return Fit(
+            model=self.with_(**parameters),
+            parameters=parameters,
+            standard_error=dict(zip(found["names"], found["errors"])),
+            correlation=found["correlations"].reshape(len(parameters), len(parameters)),
+            rms=found["rms"],
+            q=np.array(found["q"], dtype=float).reshape(len(times), n),
+        )
 
     # -- files --------------------------------------------------------------------------------------------------
 

@@ -1,6 +1,7 @@
 //! The native half of the Python package `lamc`: compiled models run here. It contains neither the symbolic
 //! engine nor what derives equations; the command `lamc` does that in a process of its own.
 
+mod fit;
 mod modules;
 mod motion;
 mod program;

@@ -209,6 +209,24 @@ def test_equilibrium(sixbar: lamc.Model) -> None:
         assert np.abs(values - value).min() < 1e-6 * np.abs(values).max()
 
 
+def test_a_noisy_swing_gives_its_parameters(pendulum: lamc.Model) -> None:
+    k, b, noise = 2e-4, 3e-6, 2e-3
+    t = np.linspace(0.0, 1.0, 401)
+    # A damped swing in closed form, released from rest.
+    decay, frequency = b / (2 * INERTIA), np.sqrt(k / INERTIA - (b / (2 * INERTIA)) ** 2)
+    swing = 0.4 * np.exp(-decay * t) * (np.cos(frequency * t) + decay / frequency * np.sin(frequency * t))
+    seen = swing + noise * np.random.default_rng(3).standard_normal(len(t))
+    fit = pendulum.with_(k=1e-4, b=1e-6).fit(t, {"hinge": seen}, ["k", "b"], from_rest=True)
+    for name, value in (("k", k), ("b", b)):
+        assert abs(fit.parameters[name] - value) < 4 * fit.standard_error[name]
+        assert fit.standard_error[name] < 0.02 * value
+    assert_allclose(fit.rms, noise, rtol=0.1)
+    assert_allclose(fit.q[:, 0], swing, atol=1e-3)
+    assert fit.model.parameters == fit.parameters
+    with pytest.raises(lamc.Error, match="no parameter is called `mass`"):
+        pendulum.fit(t, {"hinge": seen}, ["mass"])
+
+
 def test_errors_show_the_line() -> None:
     wrong = json.loads(json.dumps(PENDULUM))
     wrong["joints"]["hinge"]["bodies"] = ["base", "rodd"]

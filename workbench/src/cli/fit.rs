@@ -5,8 +5,8 @@ use std::fmt::Write;
 use clap::Args;
 use lamc::laminate::Mechanism;
 use lamc::program::{Interface, JointInfo, ParameterInfo};
-use lamc::source::{Expression, ParameterId, Tunable};
-use lamc_workbench::identify::{Fit, NEAR, Problem, Record};
+use lamc::source::Tunable;
+use lamc_workbench::identify::{Fit, NEAR, Problem, Record, prescribes};
 
 use super::curves::Curve;
 use super::paths::Paths;
@@ -120,17 +120,13 @@ fn refuse_prescribed(
     parameters: &[ParameterInfo],
     free: &[usize],
 ) -> Outcome {
-    let driven = mechanism.joints.iter().filter_map(|joint| joint.drive.as_ref());
-    let parameter = |k| Expression::Parameter(ParameterId(k));
-    for drive in driven {
-        if let Some(&k) = free.iter().find(|&&k| drive.contains(&parameter(k))) {
-            return Err(fail(format_args!(
-                "`{}` cannot be free: a prescribed angle depends on it",
-                parameters[k].name
-            )));
-        }
+    match free.iter().find(|&&k| prescribes(mechanism, k)) {
+        Some(&k) => Err(fail(format_args!(
+            "`{}` cannot be free: a prescribed angle depends on it",
+            parameters[k].name
+        ))),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Warns if neither the first sample nor a guess determines how the mechanism is folded.

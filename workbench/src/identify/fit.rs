@@ -5,6 +5,8 @@
 //! and Marquardt (J. J. More, "The Levenberg-Marquardt algorithm: implementation and theory",
 //! 1978).
 
+use lamc::laminate;
+use lamc::source::{Expression, ParameterId};
 use lamc_runtime::{Error, Mechanism, assemble};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::DVector;
@@ -69,6 +71,13 @@ pub struct Fit {
     pub u: Vec<f64>,
     /// The number of motions that were integrated.
     pub evaluations: usize,
+}
+
+/// Whether a prescribed angle depends on a parameter, by its index: such a parameter cannot be free.
+pub fn prescribes(mechanism: &laminate::Mechanism, parameter: usize) -> bool {
+    let parameter = Expression::Parameter(ParameterId(parameter));
+    let mut drives = mechanism.joints.iter().filter_map(|joint| joint.drive.as_ref());
+    drives.any(|drive| drive.contains(&parameter))
 }
 
 /// Why a fit failed.

@@ -20,5 +20,5 @@ pub mod swing;
 mod tests;
 mod trajectory;
 
-pub use fit::{Estimate, Fit, FitError, NEAR, Problem};
+pub use fit::{Estimate, Fit, FitError, NEAR, Problem, prescribes};
 pub use record::Record;
