@@ -18,6 +18,9 @@ pub trait Engine: Sized {
     fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]);
 }
 
+/// Outputs of a function that solves, with its margin: those of the Jacobian are most.
+const MOST_OUTPUTS: usize = 5;
+
 /// No parameter or input has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no parameter or input is called `{0}`")]
@@ -162,9 +165,14 @@ impl<E: Engine> Executable<E> {
             return Ok(None);
         }
         let mut margin = [f64::NAN; 2];
-        let mut places: Vec<&mut [f64]> = out.iter_mut().map(|out| &mut **out).collect();
-        places.push(&mut margin);
-        self.evaluate(kind, at, &mut places)?;
+        // Without an allocation: this is what a simulation does most.
+        let mut places: [&mut [f64]; MOST_OUTPUTS] = Default::default();
+        let count = out.len();
+        for (place, out) in places.iter_mut().zip(out.iter_mut()) {
+            *place = out;
+        }
+        places[count] = &mut margin;
+        self.evaluate(kind, at, &mut places[..=count])?;
         let [inverse_pivot, conditioning] = margin;
         Ok(Some(Margin { inverse_pivot, conditioning }))
     }
