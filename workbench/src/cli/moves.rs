@@ -75,7 +75,9 @@ pub fn warn_of_speeds(interface: &Interface, asked: &[f64], u: &[f64]) {
 /// state was found.
 pub fn warn_of_lost_fold(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
     let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
-    let folded = joints.filter(|((joint, given), _)| !**given && !joint.driven);
+    // What has no fold is not asked to be anywhere.
+    let folded =
+        joints.filter(|((joint, given), (asked, _))| !**given && !joint.driven && **asked != 0.0);
     let folded: Vec<_> = folded.map(|((joint, _), (asked, q))| (joint, asked, q)).collect();
     let norm = |lengths: &mut dyn Iterator<Item = f64>| lengths.map(|x| x * x).sum::<f64>().sqrt();
     let whole = norm(&mut folded.iter().map(|(_, asked, _)| **asked));

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fs;
 
-use crate::common::{folder, json, run, text, told};
+use crate::common::{example, folder, json, run, text, told};
 
 /// Three creases that meet in a point, which no motion folds, and a flap apart from them: MORE is what else one
 /// of the creases has. The moment of inertia of the flap about its hinge is 2e-8 + 1e-3 * 0.01^2 kg m^2.
@@ -150,4 +150,7 @@ fn an_initial_fold_that_is_lost_is_said() {
             assert_eq!(said.contains("100 % of it away"), is_lost, "{command}: {said}");
         }
     }
+    // Joints without a fold and without a given angle may start anywhere.
+    let said = told(&run(&["check", &example("fourbar.yaml")]));
+    assert!(!said.contains(LOST), "{said}");
 }
