@@ -8,15 +8,17 @@
 //! | hue, degrees | role |
 //! |---|---|
 //! | 330 to 30 | red: mountain |
-//! | 30 to 90 | yellow: flat |
+//! | 30 to 45 | orange: none |
+//! | 45 to 90 | yellow: flat |
 //! | 90 to 150 | green: cut |
 //! | 150 to 195 | cyan: none |
 //! | 195 to 270 | blue: valley |
 //! | 270 to 330 | magenta: hinge |
 //!
 //! The border between cyan and blue is not in the middle, because the blues of print (`#0071bc`) lean towards
-//! cyan. Crease patterns use cyan and greys for auxiliary lines, so these have no role and are ignored, as is
-//! white. Black is what is dark without a clear hue.
+//! cyan. The yellows of print (`#ffde17`) lean towards orange, but orange itself (`#ff8800`) is neither red nor
+//! yellow. Crease patterns use cyan and greys for auxiliary lines, so these have no role and are ignored, as are
+//! orange and white. Black is what is dark without a clear hue.
 
 use crate::drawing::Role;
 
@@ -29,7 +31,7 @@ const CLEAR: u8 = 40;
 /// The least saturation, per 255, of a colour with a clear hue.
 const SATURATED: u32 = 64;
 
-/// Returns the role of a colour: red, green, blue. None for white, greys and cyan.
+/// Returns the role of a colour: red, green, blue. None for white, greys, cyan and orange.
 pub(crate) fn role_of([red, green, blue]: [u8; 3]) -> Option<Role> {
     let largest = red.max(green).max(blue);
     let range = largest - red.min(green).min(blue);
@@ -51,6 +53,7 @@ pub(crate) fn role_of([red, green, blue]: [u8; 3]) -> Option<Role> {
 pub(crate) fn role_of_hue(hue: f64) -> Option<Role> {
     match hue {
         h if h < 30.0 => Some(Role::Mountain),
+        h if h < 45.0 => None,
         h if h < 90.0 => Some(Role::Flat),
         h if h < 150.0 => Some(Role::Cut),
         h if h < 195.0 => None,
@@ -85,6 +88,7 @@ mod tests {
         check(&[0x00_ff00, 0x00_8000, 0x39_b54a, 0x00_a651], Some(Role::Cut));
         check(&[0xff_ff00, 0xff_f200, 0xff_de17], Some(Role::Flat));
         check(&[0xff_00ff, 0xec_008c, 0x92_278f], Some(Role::Hinge));
+        check(&[0xff_8800, 0xff_a500], None);
         check(&[0xff_ffff, 0x80_8080, 0xcc_cccc, 0x00_ffff, 0x00_c8c8, 0x99_9a99], None);
     }
 }

@@ -1,5 +1,7 @@
 //! What a file says before anything is mended: straight strokes with roles.
 
+use crate::fault::Fault;
+
 /// A half-open range of bytes in the text of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
@@ -59,9 +61,23 @@ pub struct Drawing {
     pub strokes: Vec<Stroke>,
     /// The length of one unit of the drawing, m, if the file says it.
     pub unit: Option<f64>,
+    /// The unit that the file names, if its format does not define how long it is.
+    pub unknown_unit: Option<String>,
     /// The areas of the facets that the file lists, in square units of the drawing; empty if it lists
     /// none. They are compared with the facets that the strokes enclose.
     pub areas: Vec<f64>,
     /// What was not read.
     pub ignored: Vec<Ignored>,
+    /// What is doubtful in the file itself.
+    pub doubts: Vec<Fault>,
+}
+
+impl Drawing {
+    /// Says why [`unit`](Self::unit) is None, in words that follow the name of the drawing.
+    pub fn why_no_unit(&self) -> String {
+        match &self.unknown_unit {
+            Some(name) => format!("gives its unit as `{name}`, whose length is not defined"),
+            None => "does not say how long its unit is".to_owned(),
+        }
+    }
 }

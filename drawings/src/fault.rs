@@ -23,6 +23,8 @@ pub enum Cause {
     Rim,
     /// A facet is thinner than the tolerance.
     Thin,
+    /// Layers are named where layers say nothing.
+    Layers,
 }
 
 /// A fault of a drawing.

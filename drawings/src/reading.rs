@@ -28,13 +28,14 @@ pub enum Format {
     /// |---|---|
     /// | none and dark: black | [`Role::Border`] |
     /// | 330 to 30: red | [`Role::Mountain`] |
-    /// | 30 to 90: yellow | [`Role::Flat`] |
+    /// | 45 to 90: yellow | [`Role::Flat`] |
     /// | 90 to 150: green | [`Role::Cut`] |
     /// | 195 to 270: blue | [`Role::Valley`] |
     /// | 270 to 330: magenta | [`Role::Hinge`] |
     ///
-    /// Opacity, times that of the groups around, is the target angle of mountains and valleys over 180 degrees.
-    /// Shapes without stroke, strokes in white, grey or cyan, and what is hidden are counted as ignored.
+    /// Opacity, times that of the groups around, is the target angle of mountains and valleys over 180 degrees;
+    /// a line for which no opacity is written has no target angle. Shapes without stroke, strokes in white, grey,
+    /// cyan or orange, and what is hidden are counted as ignored.
     /// The unit is known if the width or height of the page is in mm, cm, in, pt or pc.
     Svg,
     /// FOLD (edemaine/fold), 1.1 and 1.2.
@@ -117,11 +118,30 @@ pub fn read(format: Format, bytes: &[u8], reading: &Reading) -> Result<Drawing, 
             hint: None,
         }]);
     }
-    match format {
+    let mut drawing = match format {
         Format::Svg => svg::read(text(bytes)?, reading.flatness),
         Format::Fold => fold::read(text(bytes)?, reading.frame),
         Format::Dxf => dxf::read(bytes, &reading.layers, reading.flatness),
-    }
+    }?;
+    drawing.doubts.extend(unused_layers(format, &reading.layers));
+    Ok(drawing)
+}
+
+/// Returns a doubt about names of layers where layers say nothing.
+fn unused_layers(format: Format, layers: &[(Role, String)]) -> Option<Fault> {
+    let (what, meaning) = match format {
+        Format::Svg => ("SVG", "the colour of its stroke"),
+        Format::Fold => ("FOLD", "its assignment"),
+        Format::Dxf => return None,
+    };
+    let (_, name) = layers.first()?;
+    Some(Fault {
+        cause: Cause::Layers,
+        message: format!("the layer `{name}` changes nothing: layers of {what} are not read"),
+        place: None,
+        at: Vec::new(),
+        hint: Some(format!("what a line of {what} means is {meaning}")),
+    })
 }
 
 /// The file as text. A byte order mark stays, so that positions are those of the file.
@@ -166,6 +186,19 @@ mod tests {
         check("a.dxf", "", Some(Format::Dxf));
         check("a.yaml", "bodies:", None);
         check("svg", "", None);
+    }
+
+    #[test]
+    fn layers_without_a_meaning_are_said() {
+        let layers = vec![(Role::Mountain, "folds".to_owned())];
+        let reading = Reading { layers, ..Reading::default() };
+        let line = b"<svg xmlns='http://www.w3.org/2000/svg'><line stroke='red' x2='1'/></svg>";
+        let edge = br#"{"vertices_coords": [[0,0],[1,0]], "edges_vertices": [[0,1]]}"#;
+        for (format, bytes) in [(Format::Svg, &line[..]), (Format::Fold, &edge[..])] {
+            assert_eq!(read(format, bytes, &Reading::default()).unwrap().doubts, []);
+            let doubts = read(format, bytes, &reading).unwrap().doubts;
+            assert!(doubts.len() == 1 && doubts[0].message.contains("`folds`"), "{doubts:?}");
+        }
     }
 
     #[test]

@@ -125,7 +125,8 @@ impl Sketch {
         if self.strokes.is_empty() {
             return Err(vec![self.empty()]);
         }
-        Ok(Drawing { strokes: self.strokes, unit, areas: Vec::new(), ignored: self.ignored })
+        let Self { strokes, ignored, .. } = self;
+        Ok(Drawing { strokes, unit, ignored, ..Drawing::default() })
     }
 
     /// Collects lines and flattened curves in the order of the file.

@@ -90,6 +90,35 @@ fn units() {
         let text = format!(r#"{{ "frame_unit": "{name}", {VERTICES}, {EDGES} }}"#);
         assert_eq!(read(&text).unit, unit, "{name}");
     }
+    // FOLD defines `unit` as the name of no unit.
+    for (name, said) in [("furlong", "gives its unit as `furlong`"), ("unit", "does not say")] {
+        let text = format!(r#"{{ "frame_unit": "{name}", {VERTICES}, {EDGES} }}"#);
+        let why = read(&text).why_no_unit();
+        assert!(why.starts_with(said), "{why}");
+    }
+}
+
+#[test]
+fn signs_of_angles_must_be_those_of_the_assignments() {
+    for (letter, angle, agrees) in [
+        ("M", -45.0, true),
+        ("M", 45.0, false),
+        ("V", 45.0, true),
+        ("V", -45.0, false),
+        ("M", 0.0, true),
+        ("M", 1e-9, true),
+        ("U", 45.0, true),
+    ] {
+        let angles = format!(r#""edges_foldAngle": [0,0,0,0,0,0,{angle}]"#);
+        let text = format!("{{ {VERTICES}, {EDGES}, {}, {angles} }}", assigned(letter));
+        let doubts = Pattern::of(&read(&text), None).expect("the pattern is whole").doubts;
+        assert_eq!(doubts.is_empty(), agrees, "{letter} {angle}: {doubts:?}");
+        for doubt in doubts {
+            assert_eq!((doubt.cause, doubt.at), (Cause::Contradiction, vec![[0.5, 0.5]]));
+            let place = doubt.place.expect("the doubt has a place");
+            assert_eq!(&text[place.start..place.end], "[1,4]");
+        }
+    }
 }
 
 #[test]
@@ -147,6 +176,31 @@ fn a_folded_form_gives_angles() {
             assert!(pattern.facets.iter().all(|facet| (pattern.area(facet) - 0.5).abs() < 1e-12));
             assert!(pattern.doubts.is_empty(), "{:?}", pattern.doubts);
         }
+    }
+}
+
+/// A crease pattern whose file lists edges only: the faces are the regions between them.
+#[test]
+fn a_folded_form_needs_no_list_of_faces() {
+    let state = r#""frame_classes": ["foldedForm"], "frame_inherit": true, "frame_parent": 0"#;
+    for (edges, angle) in [
+        // However the crease is directed.
+        (EDGES.to_owned(), Some(-60.0)),
+        (EDGES.replace("[1,4]", "[4,1]"), Some(-60.0)),
+        // Edges that cross have no faces between them.
+        (EDGES.replace("[1,4]", "[1,4],[0,3]"), None),
+    ] {
+        let letters = if angle.is_some() { assigned("M") } else { assigned("M\",\"M") };
+        let text = format!(
+            r#"{{ {edges}, {letters}, "frame_classes": ["creasePattern"], {VERTICES},
+            "file_frames": [{{ {state}, {} }}] }}"#,
+            folded(-60.0)
+        );
+        let drawing = read(&text);
+        let found = drawing.strokes[6].angle.map(f64::to_degrees);
+        let is_near = found.zip(angle).map(|(found, angle)| (found - angle).abs() < 1e-9);
+        assert_eq!(is_near, angle.map(|_| true), "{found:?}");
+        assert_eq!(drawing.ignored.len(), usize::from(angle.is_none()), "{:?}", drawing.ignored);
     }
 }
 

@@ -9,6 +9,7 @@ use geo::{
 };
 
 use super::outline::polygon;
+use super::plate;
 use crate::arithmetic::{exp2, hypot, log2};
 use crate::source::codes;
 use crate::source::{BodyId, Diagnostic, Diagnostics, Plate, Shape, SourceModel};
@@ -37,6 +38,8 @@ struct Piece<'m> {
     plate: &'m Plate,
     polygon: Polygon<f64>,
     bounds: Rect<f64>,
+    /// Heights of its lower and upper face, times the scale.
+    z: [f64; 2],
 }
 
 struct Drawing<'m> {
@@ -62,11 +65,12 @@ impl<'m> Drawing<'m> {
         let mut pieces = Vec::new();
         for (body, source) in model.bodies.iter().enumerate() {
             let Shape::Plates(layers) = &source.shape else { continue };
-            for (layer, plates) in layers.iter().enumerate() {
+            for ((layer, plates), sheet) in layers.iter().enumerate().zip(plate::stack(model)) {
+                let z = [sheet.bottom, sheet.bottom + sheet.thickness].map(|z| z * scale);
                 for plate in plates {
                     let polygon = polygon(plate, scale);
                     let Some(bounds) = polygon.bounding_rect() else { continue };
-                    pieces.push(Piece { body, layer, plate, polygon, bounds });
+                    pieces.push(Piece { body, layer, plate, polygon, bounds, z });
                 }
             }
         }
@@ -144,12 +148,14 @@ impl<'m> Drawing<'m> {
             let [from, to] =
                 joint.axis.value.map(|[x, y]| Coord { x: x * self.scale, y: y * self.scale });
             let line = Line::new(from, to);
-            let distance = |id: &BodyId| {
-                let pieces = of_body[id.index()].iter();
-                pieces
-                    .map(|piece| Euclidean.distance(&line, &piece.polygon))
-                    .fold(f64::INFINITY, f64::min)
+            let height = joint.z * self.scale;
+            let away = |piece: &&Piece| {
+                let [bottom, top] = piece.z;
+                let above = (height - top).max(bottom - height).max(0.0);
+                hypot(Euclidean.distance(&line, &piece.polygon), above)
             };
+            let distance =
+                |id: &BodyId| of_body[id.index()].iter().map(away).fold(f64::INFINITY, f64::min);
             let distances: Vec<(BodyId, f64)> =
                 ids.into_iter().filter(drawn).map(|id| (id, distance(&id))).collect();
             if distances.iter().any(|(_, distance)| *distance <= self.far) {
@@ -168,7 +174,7 @@ impl<'m> Drawing<'m> {
                     format!("the hinge line of `{name}` is {places}"),
                 )
                 .label("far from the plates it joins")
-                .hint("are the points of its `axis` right, and their unit?"),
+                .hint("are the points of its `axis` and its height `z` right, and their units?"),
             );
         }
     }

@@ -109,6 +109,8 @@ pub struct Body {
     pub fixed: bool,
     /// Source of its mass properties.
     pub shape: Shape,
+    /// Cuts without width through all layers of its plates: two ends each, m. They do not change its motion.
+    pub slits: Vec<[[f64; 2]; 2]>,
     /// Point masses fixed to it.
     pub point_masses: Vec<PointMass>,
     /// Position of the body's entry in the file.

@@ -153,8 +153,9 @@ fn expressions(values: &[Expression], model: &SourceModel) -> String {
 }
 
 fn body(out: &mut String, body: &Body) {
-    let no_mass = matches!(body.shape, Shape::None) && body.point_masses.is_empty();
-    if no_mass {
+    let is_bare =
+        matches!(body.shape, Shape::None) && body.point_masses.is_empty() && body.slits.is_empty();
+    if is_bare {
         let fixed = if body.fixed { " fixed: true " } else { "" };
         return line(out, 1, &format!("{}: {{{fixed}}}", body.name.value));
     }
@@ -171,6 +172,10 @@ fn body(out: &mut String, body: &Body) {
             line(out, 2, "inertia:");
             inertia.value.iter().for_each(|row| line(out, 3, &format!("- {}", list(row))));
         }
+    }
+    if !body.slits.is_empty() {
+        line(out, 2, "slits:");
+        body.slits.iter().for_each(|slit| ring(out, 3, "- ", slit));
     }
     if !body.point_masses.is_empty() {
         line(out, 2, "point_masses:");

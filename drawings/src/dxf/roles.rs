@@ -176,7 +176,7 @@ mod tests {
             (&[1, 10, 12, 14, 240], Some(Role::Mountain)),
             (&[2, 40, 50, 60], Some(Role::Flat)),
             (&[3, 90, 96, 100], Some(Role::Cut)),
-            (&[4, 110, 130, 8, 9, 251, 255], None),
+            (&[30, 34, 4, 110, 130, 8, 9, 251, 255], None),
             (&[5, 150, 170, 178, 180], Some(Role::Valley)),
             (&[6, 190, 210, 220], Some(Role::Hinge)),
             (&[7, 250], Some(Role::Border)),

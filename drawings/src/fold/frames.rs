@@ -143,13 +143,30 @@ impl<'a> Frames<'a> {
         Err(syntax(format!("frame_parent is {parent}, and the last frame is {last}"), *place))
     }
 
-    /// Returns the length of one unit of a frame, m, if the file says it in a unit that FOLD defines.
-    pub(super) fn unit(&self, frame: &Frame<'a>) -> Result<Option<f64>, Fault> {
-        let Some(raw) = frame.frame_unit else { return Ok(None) };
+    /// Returns the unit of a frame.
+    pub(super) fn unit(&self, frame: &Frame<'a>) -> Result<Unit, Fault> {
+        let Some(raw) = frame.frame_unit else { return Ok(Unit::None) };
         let name: String = self.text.value("frame_unit", raw)?;
-        Ok(UNITS.iter().find(|(other, _)| *other == name).map(|(_, length)| *length))
+        Ok(match UNITS.iter().find(|(other, _)| *other == name) {
+            Some((_, length)) => Unit::Known(*length),
+            None if name == NO_UNIT => Unit::None,
+            None => Unit::Unknown(name),
+        })
     }
 }
+
+/// What a frame says about the length of one unit.
+pub(super) enum Unit {
+    /// Nothing.
+    None,
+    /// A length, m.
+    Known(f64),
+    /// A name that FOLD does not define.
+    Unknown(String),
+}
+
+/// The name by which FOLD says that there is no unit.
+const NO_UNIT: &str = "unit";
 
 /// The units of FOLD 1.2, m.
 pub(super) const UNITS: [(&str, f64); 7] = [

@@ -1,12 +1,13 @@
 //! Reads a FOLD file.
 
 use super::angles::angles;
-use super::frames::Frames;
+use super::frames::{Frames, Unit};
 use super::graph::{Assignment, Edge, Graph, pairs, sorted};
 use super::json::{Text, syntax};
 use super::unfold::unfold;
 use crate::drawing::{Drawing, Ignored, Place, Role, Stroke};
 use crate::fault::{Cause, Fault};
+use crate::pattern::faces;
 
 /// The largest file that is read, bytes: a pattern with a hundred thousand edges has some ten million.
 const LARGEST_FILE: usize = 64_000_000;
@@ -41,7 +42,11 @@ fn read_frame(text: &str, frame: Option<usize>) -> Result<Drawing, Fault> {
     let mut graph = Graph::of(text, &frames, chosen)?;
     let mut ignored = Vec::new();
     let folded = frames.is(chosen, "foldedForm") || !graph.is_flat();
-    let unit = frames.unit(&frames.resolve(chosen)?)?;
+    let (unit, unknown_unit) = match frames.unit(&frames.resolve(chosen)?)? {
+        Unit::None => (None, None),
+        Unit::Known(length) => (Some(length), None),
+        Unit::Unknown(name) => (None, Some(name)),
+    };
     let angles = if folded {
         let state = std::mem::take(&mut graph);
         graph = match flat_graph(text, &frames, chosen)? {
@@ -52,7 +57,7 @@ fn read_frame(text: &str, frame: Option<usize>) -> Result<Drawing, Fault> {
                 flat
             }
         };
-        state_angles(&graph, &state, chosen, &frames)
+        state_angles(&graph, &state, chosen, &frames, &mut ignored)?
     } else {
         folded_angles(text, &frames, chosen, &graph, &mut ignored)?
     };
@@ -74,8 +79,51 @@ fn read_frame(text: &str, frame: Option<usize>) -> Result<Drawing, Fault> {
             place: edge.place,
         })
     });
-    Ok(Drawing { strokes: strokes.collect(), unit, areas: areas(&graph), ignored })
+    Ok(Drawing {
+        strokes: strokes.collect(),
+        unit,
+        unknown_unit,
+        areas: areas(&graph),
+        ignored,
+        doubts: opposite_signs(&graph).into_iter().collect(),
+    })
 }
+
+/// Returns a doubt about mountains with positive and valleys with negative fold angles.
+fn opposite_signs(graph: &Graph) -> Option<Fault> {
+    let is_opposite = |edge: &&Edge| match (edge.assignment, edge.fold) {
+        (Assignment::Is(Role::Mountain), Some(fold)) => fold > SIGN,
+        (Assignment::Is(Role::Valley), Some(fold)) => fold < -SIGN,
+        _ => false,
+    };
+    let opposite: Vec<&Edge> = graph.edges.iter().filter(is_opposite).collect();
+    let first = opposite.first()?;
+    let middle = |edge: &&Edge| {
+        let [a, b] = edge.vertices.map(|vertex| graph.vertices[vertex]);
+        [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0]
+    };
+    let message = match opposite.len() {
+        1 => {
+            "the sign of a fold angle contradicts the edge's assignment, which is taken".to_owned()
+        }
+        count => format!(
+            "the signs of {count} fold angles contradict the edges' assignments, which are taken"
+        ),
+    };
+    Some(Fault {
+        cause: Cause::Contradiction,
+        message,
+        place: Some(first.place),
+        at: opposite.iter().map(middle).collect(),
+        hint: Some(
+            "an angle of `edges_foldAngle` is negative for a mountain (M), positive for a valley (V)"
+                .to_owned(),
+        ),
+    })
+}
+
+/// A fold angle up to this, rad, has no sign: files have degrees with few digits.
+const SIGN: f64 = 1e-6;
 
 /// Returns a fold angle with the sign of its role: some programs write all angles as positive.
 fn signed(role: Role, fold: Option<f64>) -> Option<f64> {
@@ -124,7 +172,7 @@ fn folded_angles(
     for &frame in &forms {
         if frames.same_edges(frame, chosen)? {
             let state = Graph::of(text, frames, frame)?;
-            return Ok(state_angles(graph, &state, frame, frames));
+            return state_angles(graph, &state, frame, frames, ignored);
         }
     }
     if let Some(&first) = forms.first() {
@@ -140,11 +188,18 @@ fn state_angles(
     state: &Graph,
     frame: usize,
     frames: &Frames<'_>,
-) -> Vec<Option<f64>> {
-    // A state with other vertices says nothing of the faces.
-    let faces = if state.vertices.len() == flat.vertices.len() {
+    ignored: &mut Vec<Ignored>,
+) -> Result<Vec<Option<f64>>, Fault> {
+    let faces = if state.vertices.len() != flat.vertices.len() {
+        // A state with other vertices says nothing of the faces.
+        Vec::new()
+    } else if !flat.faces.is_empty() {
         counterclockwise(flat)
+    } else if let Some(faces) = faces_between(flat)? {
+        faces
     } else {
+        let what = "foldedForm without faces, whose edges cross".to_owned();
+        ignored.push(Ignored { what, count: 1, place: frames.place(frame) });
         Vec::new()
     };
     let between = angles(state, &flat.edges, &faces);
@@ -153,7 +208,15 @@ fn state_angles(
         let said = edge.fold.filter(|_| said);
         said.or(between)
     };
-    state.edges.iter().zip(between).map(angle).collect()
+    Ok(state.edges.iter().zip(between).map(angle).collect())
+}
+
+/// Returns the faces between the edges of a flat graph that lists none, each counterclockwise seen from above;
+/// None if edges cross.
+fn faces_between(flat: &Graph) -> Result<Option<Vec<Vec<usize>>>, Fault> {
+    let points: Vec<[f64; 2]> = flat.vertices.iter().map(|[x, y, _]| [*x, *y]).collect();
+    let edges: Vec<[usize; 2]> = flat.edges.iter().map(|edge| edge.vertices).collect();
+    faces(&points, &edges)
 }
 
 /// Returns the faces of a flat graph, each counterclockwise seen from above.

@@ -10,6 +10,7 @@
 mod build;
 mod crossings;
 mod doubles;
+mod faces;
 mod limits;
 mod merged;
 mod network;
@@ -28,6 +29,7 @@ use self::sheet::Sheet;
 use crate::drawing::{Drawing, Place, Role};
 use crate::fault::{Cause, Fault};
 
+pub(crate) use self::faces::faces;
 pub use self::limits::LARGEST_COORDINATE;
 pub(crate) use self::limits::bounds;
 
@@ -171,7 +173,7 @@ impl Pattern {
     /// Makes the planar graph of a drawing with a tolerance.
     fn within(drawing: &Drawing, tolerance: Tolerance) -> Result<Self, Vec<Fault>> {
         let one = |fault: Fault| vec![fault];
-        let mut report = Report::default();
+        let mut report = Report { doubts: drawing.doubts.clone(), ..Report::default() };
         let mut doubles = Doubles::default();
         let mut network = snap::join_ends(drawing, tolerance, &mut doubles, &mut report);
         let mut work = Work::default();

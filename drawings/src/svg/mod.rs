@@ -1,11 +1,12 @@
 //! Reads and writes SVG in the convention of Origami Simulator (`colour.rs`).
 //!
 //! The elements `path`, `line`, `polyline`, `polygon`, `rect`, `circle` and `ellipse` are lines if they have a
-//! stroke, however thin; their fill does not matter. A shape without stroke, or with one in white, grey or
-//! cyan, is not a line of the pattern, and neither is what is hidden or not displayed. All that is counted as
+//! stroke, however thin; their fill does not matter. A shape without stroke, or with one in white, grey, cyan or
+//! orange, is not a line of the pattern, and neither is what is hidden or not displayed. All that is counted as
 //! ignored, as are text, images, gradients, clip paths and markers. Lines that a clip path or a mask would hide
 //! are read. The opacity of a mountain or valley line, times that of the groups around it, is its target angle
-//! over 180 degrees.
+//! over 180 degrees; without an opacity that is written (as `opacity`, `stroke-opacity` or the alpha of a colour)
+//! a line has no target angle.
 //!
 //! Coordinates are those of the page's user units with y upwards: without transforms they keep their bits
 //! (`size.rs` says what the unit is).

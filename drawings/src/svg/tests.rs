@@ -211,7 +211,7 @@ fn colours_come_from_attributes_styles_and_classes() {
     let sheet = "<style>/* c */ @media print { .b { stroke: red } } .b, .c > .x { stroke: blue } line { stroke: lime }
                  #i { stroke: yellow !important } g .d.e { stroke: magenta } .f { stroke: red; opacity: 25% }</style>";
     let styled = |words: &str| format!("{sheet}{}", line(words));
-    check_role(&line("stroke='#ED1C24'"), Role::Mountain, Some(-1.0));
+    check_role(&line("stroke='#ED1C24'"), Role::Mountain, None);
     check_role(&line("stroke='rgb(0, 0, 255)' opacity='.5'"), Role::Valley, Some(0.5));
     check_role(
         &line("stroke='hsl(240, 100%, 50%)' stroke-opacity='50%' opacity='0.5'"),
@@ -222,14 +222,14 @@ fn colours_come_from_attributes_styles_and_classes() {
     check_role(&line("stroke='#000' opacity='.5'"), Role::Border, None);
     check_role(&line("stroke='red' opacity='0'"), Role::Mountain, Some(0.0));
     check_role(&line("stroke='red' opacity='7'"), Role::Mountain, Some(-1.0));
-    check_role(&line("stroke='currentColor' color='blue'"), Role::Valley, Some(1.0));
+    check_role(&line("stroke='currentColor' color='blue'"), Role::Valley, None);
     check_role(
         &line("style='stroke : blue ;; opacity: 0.5' stroke='red'"),
         Role::Valley,
         Some(0.5),
     );
-    check_role(&line("stroke='red' style='stroke:nonsense'"), Role::Mountain, Some(-1.0));
-    check_role(&line("stroke='#ff0000 icc-color(a, 1)'"), Role::Mountain, Some(-1.0));
+    check_role(&line("stroke='red' style='stroke:nonsense'"), Role::Mountain, None);
+    check_role(&line("stroke='#ff0000 icc-color(a, 1)'"), Role::Mountain, None);
     check_role(
         &format!("<g opacity='.5' stroke='red'><g opacity='.5'>{}</g></g>", line("")),
         Role::Mountain,
@@ -237,14 +237,42 @@ fn colours_come_from_attributes_styles_and_classes() {
     );
     check_role(&styled(""), Role::Cut, None);
     check_role(&styled("stroke='red'"), Role::Cut, None);
-    check_role(&styled("class='a b'"), Role::Valley, Some(1.0));
-    check_role(&styled("class='b' style='stroke:red'"), Role::Mountain, Some(-1.0));
+    check_role(&styled("class='a b'"), Role::Valley, None);
+    check_role(&styled("class='b' style='stroke:red'"), Role::Mountain, None);
     check_role(&styled("class='b' id='i' style='stroke:red'"), Role::Flat, None);
     check_role(&styled("class='f'"), Role::Mountain, Some(-0.25));
     check_role(&format!("{sheet}<g>{}</g>", line("class='e d'")), Role::Hinge, None);
     check_role(&styled("class='e d'"), Role::Cut, None);
-    check_role(&format!("{sheet}<g class='c'>{}</g>", line("class='x'")), Role::Valley, Some(1.0));
+    check_role(&format!("{sheet}<g class='c'>{}</g>", line("class='x'")), Role::Valley, None);
     check_role(&format!("{sheet}<g class='c'><g>{}</g></g>", line("class='x'")), Role::Cut, None);
+}
+
+#[test]
+fn only_an_opacity_that_is_written_is_an_angle() {
+    let line = |words: &str| format!("<line x2='1' {words}/>");
+    for (words, share) in [
+        ("stroke='red'", None),
+        ("stroke='rgb(255, 0, 0)'", None),
+        ("stroke='rgb(100%, 0%, 0%)'", None),
+        ("stroke='red' opacity='nonsense'", None),
+        ("stroke='red' opacity='1'", Some(-1.0)),
+        ("stroke='red' stroke-opacity='1'", Some(-1.0)),
+        // CSS Color 4: an alpha is a number or a percentage, and not one of 256 steps.
+        ("stroke='rgba(255, 0, 0, 0.5)'", Some(-0.5)),
+        ("stroke='rgba(255,0,0,.25)'", Some(-0.25)),
+        ("stroke='hsla(0, 100%, 50%, 30%)'", Some(-0.3)),
+        ("stroke='rgb(255 0 0 / 0.1)'", Some(-0.1)),
+        ("stroke='hsla(0, 100%, 50%, 0.5)'", Some(-0.5)),
+        ("stroke='rgba(255, 0, 0, 0.5)' stroke-opacity='0.5'", Some(-0.25)),
+        ("stroke='currentColor' color='rgba(255, 0, 0, 0.5)'", Some(-0.5)),
+        ("stroke='url(#a) rgba(255, 0, 0, 0.5)'", Some(-0.5)),
+        ("stroke='#ff000080'", Some(-128.0 / 255.0)),
+    ] {
+        check_role(&line(words), Role::Mountain, share);
+    }
+    // Of a group without a stroke of its own, too.
+    let inside = line("stroke='inherit'");
+    check_role(&format!("<g stroke='rgba(0, 0, 255, 0.5)'>{inside}</g>"), Role::Valley, Some(0.5));
 }
 
 #[test]
@@ -255,6 +283,7 @@ fn what_is_no_line_is_counted() {
     );
     check_ignored("<rect width='9' height='9' fill='red'/>", &[("rect without stroke", 1)]);
     check_ignored("<path d='M0 0L1 1' stroke='#ccc'/>", &[("path with stroke #cccccc", 1)]);
+    check_ignored("<path d='M0 0L1 1' stroke='#f80'/>", &[("path with stroke #ff8800", 1)]);
     check_ignored(
         "<path d='M0 0L1 1' stroke='url(#a)'/>",
         &[("path with a stroke of no single colour", 1)],

@@ -131,7 +131,8 @@ pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
     let earth = BodyId(model.bodies.len());
     let (name, point_masses) = (spanned("earth".to_owned()), Vec::new());
     let span = Span::default();
-    model.bodies.push(Body { name, fixed: true, shape: Shape::None, point_masses, span });
+    let (shape, slits) = (Shape::None, Vec::new());
+    model.bodies.push(Body { name, fixed: true, shape, slits, point_masses, span });
     let axis = TABLE.map(|point| point.map(|share| share * size));
     model.joints.push(Joint {
         name: spanned("turntable".to_owned()),

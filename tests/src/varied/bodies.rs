@@ -1,4 +1,4 @@
-//! The bodies: plates with holes, layers, given masses, point masses.
+//! The bodies: plates with holes and slits, layers, given masses, point masses.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -18,7 +18,8 @@ impl Writer {
             (None, choice) if choice == 1 || self.scale.decades > 0.0 => self.rigid(),
             (None, _) => {
                 let [outline, hole] = self.plate();
-                format!("outline: {outline}, holes: [{hole}]")
+                let [[x, y], [to, _]] = [[0.0; 2], [0.01, 0.0]].map(|end| self.scale.drawn(end));
+                format!("outline: {outline}, holes: [{hole}], slits: [[[{x}, {y}], [{to}, {y}]]]")
             }
         };
         if self.random.chance(0.4) {

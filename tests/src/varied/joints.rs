@@ -38,8 +38,8 @@ impl Writer {
             let torque = self.scale.torque(0.05);
             entries.push(format!("friction: {{ torque: {torque:e}, speed: {speed} }}"));
         }
-        if joint % 3 == 1 {
-            entries.push(format!("fold: {}", self.scale.angle(0.1)));
+        if joint == 0 {
+            entries.push(format!("fold: {}", self.scale.angle(1.0)));
         }
         if !is_driven {
             entries.push(format!("torque: \"{}\"", self.torque(joint)));

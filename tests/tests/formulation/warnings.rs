@@ -50,7 +50,7 @@ warning[far-hinge]: the hinge line of `wrist` is 360.0000 mm from `arm` and 340.
 10 |   wrist: { bodies: [arm, hand], axis: [[400, 0], [400, 20]] }
    |                                       ^^^^^^^^^^^^^^^^^^^^^ far from the plates it joins
    |
-   = help: are the points of its `axis` right, and their unit?
+   = help: are the points of its `axis` and its height `z` right, and their units?
 
 ";
 

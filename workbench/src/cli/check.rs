@@ -11,7 +11,7 @@ use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::linear::linear;
 
-use super::start::warn_of_moves;
+use super::moves::{warn_of_lost_fold, warn_of_moves};
 use super::{Derivation, Outcome, load, output, warn};
 
 pub fn run(model: &str, derivation: Derivation) -> Outcome {
@@ -53,6 +53,7 @@ fn warn_of_start(compiled: &Compiled) {
     let asked = q.clone();
     if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_ok() {
         warn_of_moves(system.interface(), &pinned, &asked, &q);
+        warn_of_lost_fold(system.interface(), &pinned, &asked, &q);
         let (parameters, inputs) = (system.parameters(), system.inputs());
         let start = std::iter::once((0.0, q.as_slice()));
         excursions(&compiled.topology.mechanism, parameters, inputs, start).iter().for_each(warn);

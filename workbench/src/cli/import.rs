@@ -42,9 +42,10 @@ struct Drawing {
     /// Make hinges of flat lines, as stiff as the bending sheet
     #[arg(long)]
     triangulate: bool,
-    /// The fixed facet: `largest`, or the one around a point X,Y of the drawing, with y upwards
-    #[arg(long, value_name = "FACET", default_value = "largest", allow_hyphen_values = true)]
-    ground: String,
+    /// The fixed facet: `largest`, or the one around a point X,Y of the drawing, with y upwards.
+    /// Default: largest
+    #[arg(long, value_name = "FACET", allow_hyphen_values = true)]
+    ground: Option<String>,
     /// Where to write the drawing with a mark at everything that is wrong or was mended, as SVG
     #[arg(long, value_name = "FILE")]
     explain: Option<String>,
@@ -56,7 +57,28 @@ pub fn run(arguments: &Arguments) -> Outcome {
     paths.output("--explain", &drawing.explain).check()?;
     match bytes_of_drawing(design)? {
         Some((path, bytes)) => import_drawing(&path, bytes, output, drawing),
-        None => import_model(design, output),
+        None => match drawing.given() {
+            Some(option) => Err(misused(format_args!(
+                "{option} says how a drawing is read, and {design} is a model"
+            ))),
+            None => import_model(design, output),
+        },
+    }
+}
+
+impl Drawing {
+    /// An option that is given, which a model has no use for.
+    fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("--scale", self.scale.is_some()),
+            ("--tolerance", self.tolerance.is_some()),
+            ("--layer", !self.layer.is_empty()),
+            ("--crease-width", self.crease_width.is_some()),
+            ("--triangulate", self.triangulate),
+            ("--ground", self.ground.is_some()),
+            ("--explain", self.explain.is_some()),
+        ];
+        given.into_iter().find_map(|(option, is_given)| is_given.then_some(option))
     }
 }
 
@@ -129,7 +151,7 @@ fn options(drawing: &Drawing) -> Result<Options, Failed> {
         reading: Reading { layers, ..Reading::default() },
         crease_width,
         triangulate: drawing.triangulate,
-        ground: ground(&drawing.ground)?,
+        ground: drawing.ground.as_deref().map_or(Ok(Ground::Largest), ground)?,
     })
 }
 

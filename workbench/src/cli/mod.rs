@@ -18,6 +18,7 @@ mod interrupt;
 mod live;
 mod mocap;
 mod modes;
+mod moves;
 mod notes;
 mod output;
 mod paths;
@@ -31,6 +32,7 @@ mod simulate;
 mod start;
 mod verify;
 
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -232,7 +234,7 @@ pub fn run() -> ExitCode {
     if let Err(Failed(code)) = refuse_unknown_command() {
         return ExitCode::from(code);
     }
-    let cli = Cli::parse();
+    let cli = Cli::parse_from(with_negative_values(std::env::args_os()));
     let outcome = match (cli.command, cli.compile) {
         (Some(Command::Check { model, derivation }), _) => check::run(&model, derivation),
         (Some(Command::Derive(arguments)), _) => derive::run(arguments),
@@ -259,6 +261,30 @@ pub fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failed(code)) => ExitCode::from(code),
     }
+}
+
+/// Joins an option with a negative number after it, as in `--kerf=-1mm`. Otherwise clap takes the number for an
+/// option, and says nothing of the range.
+fn with_negative_values(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut joined: Vec<OsString> = Vec::new();
+    for argument in arguments {
+        let negative = argument.to_str().and_then(|text| text.strip_prefix('-'));
+        let is_negative =
+            negative.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'));
+        let is_option = |option: &&mut OsString| {
+            option
+                .to_str()
+                .is_some_and(|it| it.starts_with("--") && it.len() > 2 && !it.contains('='))
+        };
+        match joined.last_mut().filter(is_option) {
+            Some(option) if is_negative => {
+                option.push("=");
+                option.push(argument);
+            }
+            _ => joined.push(argument),
+        }
+    }
+    joined
 }
 
 /// Reports a first word that is neither a file nor a command but similar to a command, because as a

@@ -2,7 +2,6 @@
 //! configuration.
 
 use std::collections::HashSet;
-use std::f64::consts::{PI, TAU};
 
 use clap::Args;
 use lamc::laminate::verdicts;
@@ -13,15 +12,11 @@ use lamc::source::{
 };
 use lamc_runtime::{Mechanism, State, assemble, project};
 use lamc_workbench::execution::Jit;
-use lamc_workbench::simulation::describe;
+use lamc_workbench::simulation::{describe, loose_rigid_loop};
 
+use super::moves::{warn_of_lost_fold, warn_of_moves, warn_of_speeds};
 use super::progress::Busy;
 use super::{Derivation, Failed, fail, load_edited, misused, warn};
-
-/// A joint that assembly moves from where it was asked to be by more than this is reported, rad.
-const FAR: f64 = 5.0 * PI / 180.0;
-/// So is one that is bent the other way, from this angle on, rad.
-const BENT: f64 = 1e-3;
 
 /// The model and its initial configuration.
 #[derive(Args)]
@@ -191,55 +186,26 @@ impl Start {
         for (joint, angle) in self.guess(compiled, system.interface())? {
             (state.q[joint], pinned[joint]) = (angle, true);
         }
-        let asked = state.q.clone();
+        let asked = state.clone();
         let _busy = Busy::new("closing the loops");
         let mut workspace = system.workspace();
         assemble(system, 0.0, &mut state.q, &pinned, &mut workspace).map_err(|error| {
             let reason = describe(&error, system.interface());
             fail(format_args!("no closed configuration near the initial one: {reason}"))
         })?;
-        warn_of_moves(system.interface(), &pinned, &asked, &state.q);
+        let interface = system.interface();
+        warn_of_moves(interface, &pinned, &asked.q, &state.q);
+        if self.initial.is_empty() {
+            warn_of_lost_fold(interface, &pinned, &asked.q, &state.q);
+        }
         project(system, 0.0, &mut state.q, &mut state.u, &mut workspace)
-            .map_err(|error| fail(describe(&error, system.interface())))?;
-        Ok(state)
-    }
-}
-
-/// Joints that start elsewhere are named one by one up to this number.
-const MOST_NAMED: usize = 6;
-
-/// Warns of joints with a given guess (rad) that start elsewhere: of each, or of a sheet's in one line.
-pub fn warn_of_moves(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
-    const REASON: &str = "the loops do not close with this angle and the other given angles";
-    let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
-    let mut moves = Vec::new();
-    for ((joint, given), (asked, q)) in joints {
-        // Whole turns do not matter.
-        let moved = (q - asked + PI).rem_euclid(TAU) - PI;
-        let is_flipped =
-            asked.abs().min(q.abs()) > BENT && asked * q < 0.0 && (q - asked).abs() < PI;
-        if *given && !joint.driven && (moved.abs() > FAR || is_flipped) {
-            let text = format!(
-                "`{}` should start at {:.4} deg but starts at {:.4} deg",
-                joint.name,
-                asked.to_degrees(),
-                q.to_degrees()
-            );
-            moves.push((moved.abs(), text));
+            .map_err(|error| fail(describe(&error, interface)))?;
+        warn_of_speeds(interface, &asked.u, &state.u);
+        match loose_rigid_loop(&compiled.topology, system, &state.q) {
+            Some(rigid) => Err(fail(rigid)),
+            None => Ok(state),
         }
     }
-    if moves.len() <= MOST_NAMED {
-        moves.iter().for_each(|(_, text)| warn(format_args!("{text}: {REASON}")));
-        return;
-    }
-    let farthest = moves.iter().max_by(|(a, _), (b, _)| a.total_cmp(b));
-    let farthest = farthest.map_or("", |(_, text)| text);
-    warn(format_args!(
-        "{} of {} joints do not start at the angle that is given, because the loops do not close with \
-         these angles; the farthest: {farthest}",
-        moves.len(),
-        q.len()
-    ));
 }
 
 /// How options are written.

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! All bodies are in the flat state, as drawn. In the layer that bridges a hinge, the plates on both sides
-//! are one piece: so a film stays whole. Other common edges of two bodies are cut: they are slits. All
-//! lengths in this module are in millimetres.
+//! are one piece: so a film stays whole. Other common edges of two bodies are cut: they are slits, as are those
+//! within a body. All lengths in this module are in millimetres.
 
 mod edges;
 mod kerf;
@@ -80,7 +80,7 @@ pub struct Layer {
     pub material: String,
     /// The pieces: an outline (counterclockwise) and its holes (clockwise).
     pub pieces: Vec<Piece>,
-    /// Cuts without width between bodies that touch and have no hinge there.
+    /// Cuts without width: between bodies that touch and have no hinge there, and within bodies.
     pub slits: Vec<Line>,
     /// Cuts along hinge lines.
     pub perforation: Vec<Line>,
@@ -212,7 +212,8 @@ pub fn cut(model: &SourceModel, options: &Options) -> Result<Cut, CutError> {
             .collect();
         let joined = pieces::join(&sheet.plates, &bridged);
         let grown = kerf::grow(&joined, kerf, sheet.number)?;
-        let slits = sheet.edges.slits(bridged.iter().map(|(joint, _)| *joint), exact);
+        let mut slits = sheet.edges.slits(bridged.iter().map(|(joint, _)| *joint), exact);
+        slits.extend(pieces::slits(model, sheet.number - 1));
         let perforation = options.perforation.map_or(Vec::new(), |it| it.lines(&bridged, kerf));
         let pieces = grown.into_iter().map(pieces::piece).collect();
         let Sheet { number, material, .. } = sheet;

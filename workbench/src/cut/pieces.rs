@@ -4,8 +4,8 @@ use geo::orient::{Direction, Orient};
 use geo::{Coord, LineString, Polygon, unary_union};
 
 use super::edges::{Group, Hinge, Joint, Plate, Track};
-use super::{MM, Piece, Pieces, Ring};
-use lamc::source::{Shape, SourceModel};
+use super::{Line, MM, Piece, Pieces, Ring};
+use lamc::source::{Body, Shape, SourceModel};
 
 /// How far a strip across a gap reaches into the plates on both sides, as a share of the extent of the
 /// layer: more than the rounding of the union, which has 2^30 steps, and less than any laser resolves.
@@ -28,6 +28,16 @@ pub fn plates(model: &SourceModel, layer: usize) -> Vec<Plate> {
         }
     }
     plates
+}
+
+/// The slits of the bodies that have plates in a layer, by the number of the layer from 0.
+pub fn slits(model: &SourceModel, layer: usize) -> impl Iterator<Item = Line> {
+    let has_plates = move |body: &&Body| match &body.shape {
+        Shape::Plates(layers) => layers.get(layer).is_some_and(|plates| !plates.is_empty()),
+        Shape::None | Shape::Rigid { .. } => false,
+    };
+    let slits = model.bodies.iter().filter(has_plates).flat_map(|body| &body.slits);
+    slits.map(|slit| slit.map(|end| end.map(|x| x * MM)))
 }
 
 /// A closed line in millimetres, of points in metres.

@@ -109,6 +109,31 @@ fn perforation_leaves_bridges() {
     assert_eq!((fits, just, short), (6, 1, 0));
 }
 
+/// A slit within a body is cut in each layer in which the body has plates, whatever the kerf.
+#[test]
+fn slits_of_bodies_are_cut() {
+    let with = BOOK
+        .replace("  left:\n", "  left:\n    slits: [[[2, 12], [12, 15]]]\n")
+        .replace("  right:\n", "  right:\n    slits: [[[25, 5], [35, 5]]]\n")
+        .replace("- - outline: [[21, 0], [40, 0], [40, 20], [21, 20]]", "- []");
+    for kerf in [0.0, 0.2] {
+        let options = Options { kerf, ..Options::default() };
+        let cut = cut_of(&with, &options);
+        let [card, film] = cut.layers.as_slice() else { panic!("{cut:?}") };
+        let [left, right] = [[[2.0, 12.0], [12.0, 15.0]], [[25.0, 5.0], [35.0, 5.0]]];
+        for (layer, expected) in [(card, &[left][..]), (film, &[left, right])] {
+            assert_eq!(layer.slits.len(), expected.len());
+            for (found, expected) in layer.slits.as_flattened().iter().zip(expected.as_flattened())
+            {
+                near(found[0], expected[0], 1e-12);
+                near(found[1], expected[1], 1e-12);
+            }
+        }
+        let around = 2.0 * (40.0 + kerf) + 2.0 * (20.0 + kerf);
+        near(film.length(), around + 109_f64.sqrt() + 10.0, 1e-5);
+    }
+}
+
 /// Without the hinge the common edge is cut; with a hinge on one half of it, the other half is.
 #[test]
 fn edges_without_a_hinge_are_slits() {

@@ -30,6 +30,9 @@ const ATTEMPTS: u64 = 12;
 const TO_FLAT: f64 = 0.7;
 /// A joint that is bent less than this part of the beginning stays flat.
 const FLAT: f64 = 1e-4;
+/// Angles that all became smaller than this part of the beginning are those of the flat state itself, in which
+/// every loop closes: signs that contradict each other leave a gap of second order, which vanishes there.
+const SHRUNK: f64 = 0.01;
 /// Range of the factors by which the angles of further attempts differ from the targets.
 const SPREAD: f64 = 4.0;
 
@@ -60,7 +63,9 @@ pub fn depart(problem: &mut Problem) -> Result<State, Stuck> {
         });
         let q: Vec<f64> = guess.collect();
         let (q, left) = closed(problem, q);
-        if left <= CLOSED && stays_flat(problem, &q).is_empty() {
+        let folding = q.iter().zip(&problem.targets).filter(|(_, target)| **target != 0.0);
+        let has_left = largest(folding.map(|(q, _)| q)) >= SHRUNK * BEGINNING;
+        if left <= CLOSED && has_left && stays_flat(problem, &q).is_empty() {
             return Ok(State { q, progress: BEGINNING / most, ..problem.flat() });
         }
         if nearest.as_ref().is_none_or(|(least, _)| left < *least) {

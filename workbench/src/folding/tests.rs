@@ -209,6 +209,22 @@ fn what_does_not_leave_the_flat_state_is_named() {
         assert!(!sheet.leaves_alone(0));
         assert_eq!(path.samples.len(), 1);
     }
+    // Two straight lines that cross: all that closes is the flat state, which small angles come near. Flaps apart
+    // from the vertex change the angles that are tried.
+    let mut crossing =
+        vertex(&[(0.0, MOUNTAIN), (103.0, MOUNTAIN), (180.0, MOUNTAIN), (283.0, MOUNTAIN)]);
+    for flap in 0..12 {
+        let outline = "[[40, 0], [50, 0], [50, 10]]";
+        let parts = format!(
+            "  e{flap}: {{ outline: {outline} }}\njoints:\n  a{flap}: {{ bodies: [f0, e{flap}], axis: [[40, 0], \
+             [40, 9]] }}\n"
+        );
+        crossing = crossing.replace("joints:\n", &parts);
+        let mut sheet = fold(&crossing);
+        assert!(!sheet.leaves_alone(0), "{flap}");
+        let path = sheet.follow(0.5, 10, |_| true);
+        assert!(matches!(path.end, End::Flat(_)), "{flap}: {:?}", path.end);
+    }
     // The mountain where the others surround the vertex.
     let mut sheet =
         fold(&vertex(&[(0.0, VALLEY), (80.0, MOUNTAIN), (170.0, VALLEY), (280.0, VALLEY)]));

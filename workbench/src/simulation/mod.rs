@@ -20,10 +20,12 @@
 
 mod error;
 mod pace;
+mod rigid;
 mod suspect;
 mod unfold;
 
 pub use error::{SimulationError, describe};
+pub use rigid::{LooseRigidLoop, loose_rigid_loop};
 pub use unfold::{Fold, unfold};
 
 use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped, acceleration};

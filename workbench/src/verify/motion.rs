@@ -7,7 +7,7 @@ use lamc_runtime::Mechanism;
 use super::{Check, Remark, Settings};
 use crate::execution::Jit;
 use crate::motion::Work;
-use crate::simulation::{Settings as Simulated, Simulation, unfold};
+use crate::simulation::{Settings as Simulated, Simulation, loose_rigid_loop, unfold};
 
 /// Relative and absolute error of each step.
 const TOLERANCE: f64 = 1e-9;
@@ -25,27 +25,29 @@ const NAMES: [&str; 2] = ["balance", "drift"];
 
 /// Simulates the model from its initial state.
 pub fn checks(compiled: &Compiled, settings: &Settings) -> Vec<Check> {
-    let failed =
-        |error: String| NAMES.map(|name| Check::without(name, Remark::Failed(error.clone())));
     match simulated(compiled, settings) {
         Ok(simulation) => compared(&simulation),
-        Err(error) => failed(error).to_vec(),
+        Err(remark) => NAMES.map(|name| Check::without(name, remark.clone())).to_vec(),
     }
 }
 
-fn simulated(compiled: &Compiled, settings: &Settings) -> Result<Simulation, String> {
+fn simulated(compiled: &Compiled, settings: &Settings) -> Result<Simulation, Remark> {
     let system = Jit::new(&compiled.program);
-    let mut state = system.assembled().map_err(|error| error.to_string())?;
+    let failed = |error: &dyn std::fmt::Display| Remark::Failed(error.to_string());
+    let mut state = system.assembled().map_err(|error| failed(&error))?;
+    if let Some(rigid) = loose_rigid_loop(&compiled.topology, &system, &state.q) {
+        return Err(Remark::NotChecked(rigid.to_string()));
+    }
     unfold(&system, &mut state);
     let mechanism = &compiled.topology.mechanism;
     let work = Work::new(mechanism, system.parameters(), system.inputs());
     let how =
         Simulated { tolerance: TOLERANCE, duration: settings.duration, ..Simulated::default() };
     let simulation = Simulation::new(system, state, work, &how);
-    let mut simulation = simulation.map_err(|error| error.to_string())?;
+    let mut simulation = simulation.map_err(|error| failed(&error))?;
     let times = (0..=SAMPLES).map(|k| settings.duration * k as f64 / SAMPLES as f64);
     let run = simulation.run(times, || false, |_| ());
-    run.map_err(|error| error.to_string())?;
+    run.map_err(|error| failed(&error))?;
     Ok(simulation)
 }
 

@@ -18,6 +18,35 @@ fn length(drawing: &Drawing) -> f64 {
     drawing.strokes.iter().map(|stroke| along(stroke.ends)).sum::<f64>() * unit * 1e3
 }
 
+/// A slit of 30 mm from the rim and one of 20 mm within a facet are cut, whether the model has the drawing or
+/// what was imported from it.
+#[test]
+fn slits_of_a_drawing_are_cut() {
+    let (_guard, folder) = folder();
+    let path = |name: &str| folder.join(name).display().to_string();
+    let lines = "<rect width='100' height='60' stroke='#000'/><path d='M50 0v60' stroke='#f00'/>\
+                 <path d='M0 30h30M60 10h20' stroke='#0f0'/>";
+    let sheet =
+        "<svg xmlns='http://www.w3.org/2000/svg' width='100mm' height='60mm' viewBox='0 0 100 60'>";
+    fs::write(path("sheet.svg"), format!("{sheet}{lines}</svg>")).unwrap();
+    let model = "materials: { card: { density: 700, thickness: 3e-4 } }\nlayup: [card]\n\
+                 pattern: { file: sheet.svg, crease: { stiffness: 0.1 } }\n";
+    fs::write(path("drawn.yaml"), model).unwrap();
+    let output = run(&["import", &path("sheet.svg"), "-o", &path("imported.yaml")]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    for model in ["drawn.yaml", "imported.yaml"] {
+        for (option, format) in [("--svg", Format::Svg), ("--dxf", Format::Dxf)] {
+            let output = run(&["cut", &path(model), option, "-"]);
+            assert_eq!((output.status.code(), told(&output)), (Some(0), String::new()));
+            let found = length(&drawing(format, &output.stdout));
+            assert!(
+                (found - (2.0 * 160.0 + 30.0 + 20.0)).abs() < 1e-3,
+                "{model} {option}: {found}"
+            );
+        }
+    }
+}
+
 /// Both formats hold the same lines, of the length that the summary says.
 #[test]
 fn svg_and_dxf_are_read_again() {

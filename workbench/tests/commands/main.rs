@@ -17,6 +17,8 @@ mod measured;
 mod not_checked;
 mod pictures;
 mod reference;
+mod refused;
+mod rigid;
 mod round_trip;
 mod rounded;
 mod simulate;

@@ -42,6 +42,7 @@ pub fn body(name: &str, shape: Shape) -> Body {
         name: named(name),
         fixed: false,
         shape,
+        slits: Vec::new(),
         point_masses: Vec::new(),
         span: Span { start: 1, end: 9 },
     }

@@ -121,6 +121,18 @@ fn far_hinges() {
     let message = check(bodies(), [500.0, 0.0], &["far-hinge", "far-hinge"]);
     assert!(message.contains("the hinge line of `j1` is "), "{message}");
     assert!(message.contains(" mm from `left` and ") && message.contains(" mm from `right`"));
+    // Above and below the plates: the box around them is 68 mm x 58 mm, so that 5 % of the size are 4.5 mm.
+    for (z, expected) in [(3.0, &[][..]), (6.0, &["far-hinge"]), (1e5, &["far-hinge"])] {
+        for z in [z, -z] {
+            let mut model = model(vec![material(700.0, 4e-4)], bodies());
+            model.joints[0].axis = spanned([[0.0, 0.0], [0.0, 0.02]]);
+            model.joints[0].z = 1e-3 * z;
+            let mut found = Diagnostics::default();
+            build(&model, &mut found).unwrap();
+            let codes: Vec<_> = found.0.iter().map(|warning| warning.code.name).collect();
+            assert_eq!(codes, expected, "{z}: {found}");
+        }
+    }
     // What has no outline may be anywhere.
     let mut rigid = bodies();
     rigid[1].shape = Shape::Rigid {

@@ -12,8 +12,8 @@ codes! {
         "The layup has more than 64 layers."
         "Combine layers of the same material into one with the sum of their thicknesses.";
     REPEATED_VERTEX "repeated-vertex"
-        "An outline lists the same vertex twice in a row."
-        "Remove one of the two. Only the first vertex may be repeated, at the end.";
+        "An outline lists the same vertex twice in a row, or a slit begins where it ends."
+        "Remove one of the two. Only the first vertex of an outline may be repeated, at the end.";
     ZERO_AREA "zero-area"
         "All vertices of an outline or hole are on one line, so it encloses nothing."
         "Correct the vertices.";
@@ -47,7 +47,7 @@ codes! {
          size, which is the diagonal of the whole drawing. A fixed body without plates is \
          ignored, and nothing is reported if a moving body has no plates. The model is compiled \
          nevertheless."
-        "Check the points of the joint's `axis`, and their unit.";
+        "Check the points of the joint's `axis`, its height `z`, and their units.";
     OUT_OF_SCALE "out-of-scale"
         "The mechanism is smaller than a nanometre or larger than a million kilometres, or a body's mass \
          properties are too large for a double."

@@ -33,7 +33,7 @@ codes! {
         "Close the gap. If it is only rounding, give a larger `tolerance`.";
     CONTRADICTION "contradiction"
         "Two lines of a drawing, or two parts of its file, contradict each other: a mountain and a valley on \
-         the same place, or faces that do not fit the edges."
+         the same place, a fold angle with the sign of the other assignment, or faces that do not fit the edges."
         "Remove one of the two.";
     DANGLING_LINE "dangling-line"
         "A line of a drawing is no edge of a facet: it ends within one, or it is outside of the sheet."
@@ -76,6 +76,14 @@ codes! {
         "The angle of the finished fold of mountains is not from -180 to 0 deg, or that of valleys not from 0 to \
          180 deg."
         "Write a mountain's angle with a minus sign, and a valley's without.";
+    UNUSED_FOLD "unused-fold"
+        "The `fold` of a pattern gives an angle of the finished fold, but the drawing itself gives one to each of \
+         its creases. In SVG this is the opacity, over 180 deg. An opacity of 1 that is written is an angle too."
+        "Remove the `fold`, or remove the angles from the drawing. Inkscape writes `stroke-opacity:1`.";
+    UNUSED_LAYERS "unused-layers"
+        "Layers are named to say what lines mean, but the drawing is no DXF file. In SVG a line's colour says what \
+         it means, in FOLD its assignment."
+        "Remove the `layers`, or save the drawing as DXF.";
     NO_CREASE_WIDTH "no-crease-width"
         "A model of the hinges of a pattern needs the length of the part that bends, and the `crease` has no \
          `width`."

@@ -4,7 +4,7 @@ use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::{Fields, array, items};
 use crate::source::model::{Body, MAX_VERTICES, Plate, PointMass, Shape};
-use crate::source::schema::{BODY, INERTIA_ROW, PLATE, PLATES, POINT_MASS, RING, Value};
+use crate::source::schema::{BODY, INERTIA_ROW, PLATE, PLATES, POINT_MASS, RING, SLIT, Value};
 use crate::source::yaml::{Entry, Node, shorten};
 
 use super::Lowering;
@@ -79,6 +79,10 @@ impl Lowering<'_> {
             }),
         };
         let shape = self.shape(&fields, layers);
+        let slits = match fields.get("slits") {
+            None => Some(Vec::new()),
+            Some(node) => self.list(node, fields.expected("slits"), Self::slit),
+        };
         let point_masses = match fields.get("point_masses") {
             None => Some(Vec::new()),
             Some(node) => self.list(node, fields.expected("point_masses"), Self::point_mass),
@@ -87,6 +91,7 @@ impl Lowering<'_> {
             name: entry.key.clone(),
             fixed: fixed?,
             shape: shape?,
+            slits: slits?,
             point_masses: point_masses?,
             span: entry.span(),
         })
@@ -213,6 +218,19 @@ impl Lowering<'_> {
             return None;
         }
         Some(Spanned { value: vertices, span: node.span })
+    }
+
+    fn slit(&mut self, node: &Node) -> Option<[[f64; 2]; 2]> {
+        let nodes: &[Node; 2] = array(node, SLIT.form(), &mut self.diagnostics)?;
+        let [from, to] = nodes.each_ref().map(|node| self.drawn_point(node));
+        let (from, to) = (from?, to?);
+        if from != to {
+            return Some([from, to]);
+        }
+        let message = "the slit begins where it ends";
+        let error = Diagnostic::error(codes::REPEATED_VERTEX, nodes[1].span, message);
+        self.note(error.label("the same point twice").hint("give two different points"));
+        None
     }
 
     fn rigid(&mut self, fields: &Fields) -> Option<Shape> {

@@ -18,6 +18,8 @@ use super::yaml::{Entry, Node};
 mod bodies;
 #[cfg(feature = "drawings")]
 mod creases;
+#[cfg(feature = "drawings")]
+mod folds;
 mod formulas;
 mod hinges;
 mod joints;

@@ -11,9 +11,9 @@ use crate::source::fields::{Fields, items};
 use crate::source::ids::JointId;
 use crate::source::model::{Material, SourceModel};
 use crate::source::pattern::{
-    Bytes, Crease, CreaseSpring, Drawn, FOLDED, Ground, Lines, Link, Settings, Sheet, Stack,
+    Bytes, Crease, CreaseSpring, Drawn, Ground, Lines, Link, Settings, Sheet, Stack,
 };
-use crate::source::schema::{CREASE, CREASE_HINGE, DRAWN, FOLD, LAYER_NAMES, LAYERS, PATTERN};
+use crate::source::schema::{CREASE, CREASE_HINGE, DRAWN, LAYER_NAMES, LAYERS, PATTERN};
 use crate::source::yaml::{Content, Entry, Node};
 
 use super::creases::Actions;
@@ -105,6 +105,7 @@ impl Lowering<'_> {
         let sheet =
             Sheet::of(&drawn, triangulate?, ground, (&links, &fixed), &mut self.diagnostics)?;
         self.declare(&sheet, declared)?;
+        self.unused_folds(&fields, &sheet);
         let settings = Settings { scale, fold: fold?, crease: crease? };
         let hinge = fields.get("crease").and_then(|crease| crease.get("hinge"));
         let hinge = hinge.filter(|_| settings.crease.spring.damps()).map(|hinge| hinge.span);
@@ -137,7 +138,7 @@ impl Lowering<'_> {
             }
         };
         let Some(scale) = scale.or(lines.drawing.unit) else {
-            let message = format!("{} does not say how long its unit is", bytes.path);
+            let message = format!("{} {}", bytes.path, lines.drawing.why_no_unit());
             let error = Diagnostic::error(codes::NO_SCALE, path.span, message);
             self.note(error.hint("give the length of one unit, as in `scale: 1 mm`"));
             return None;
@@ -228,24 +229,6 @@ impl Lowering<'_> {
             self.note(error.label(format!("this is {}", node.describe())));
         }
         truth
-    }
-
-    /// Reads the angles of the finished fold: of mountains, then of valleys.
-    fn folds(&mut self, pattern: &Fields) -> Option<[f64; 2]> {
-        let Some(entry) = pattern.entry("fold") else { return Some(FOLDED) };
-        let (at, found) = (entry.key.span, &mut self.diagnostics);
-        let fields = Fields::new(&entry.value, at, "`fold`", &FOLD, found)?;
-        let signed = [("mountain", -1.0, "-180 to 0"), ("valley", 1.0, "0 to 180")];
-        let read = signed.map(|(key, sign, range)| {
-            let Some(fold) = self.optional(&fields, key)? else { return Some(sign * FOLDED[1]) };
-            if (0.0..=FOLDED[1]).contains(&(sign * fold.value)) {
-                return Some(fold.value);
-            }
-            let message = format!("a {key} folds by {range} deg");
-            self.note(Diagnostic::error(codes::FOLD_SIGN, fold.span, message));
-            None
-        });
-        Some([read[0]?, read[1]?])
     }
 
     fn layers_of_drawing(&mut self, pattern: &Fields) -> Option<Vec<(Role, String)>> {

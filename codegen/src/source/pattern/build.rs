@@ -1,6 +1,6 @@
 //! Parts and creases -> bodies and joints of the model, in metres.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use lamc_drawings::{Edge, FacetId, Role, VertexId};
 
@@ -99,6 +99,7 @@ impl Builder<'_> {
     fn bodies(&self, drawn: &Drawn, found: &mut Diagnostics) -> Option<Vec<Body>> {
         let mut bodies = Vec::with_capacity(self.sheet.parts.len());
         let mut vanished = Vec::new();
+        let slits = self.slits();
         for (index, part) in self.sheet.parts.iter().enumerate() {
             let whole = outlines::whole(&self.sheet.pattern, part.facet);
             self.refuse_long_outline(drawn, part, &whole, found)?;
@@ -110,6 +111,7 @@ impl Builder<'_> {
                 name: self.spanned(part.name.clone()),
                 fixed: self.sheet.ground == Some(index),
                 shape: Shape::Plates(self.layers(&whole, rigid.as_ref())),
+                slits: slits.get(&part.facet).cloned().unwrap_or_default(),
                 point_masses: Vec::new(),
                 span: self.span,
             });
@@ -127,6 +129,21 @@ impl Builder<'_> {
             );
         }
         Some(bodies)
+    }
+
+    /// The cuts that end within a facet, by facet, m: on both of their sides is the same one.
+    fn slits(&self) -> HashMap<FacetId, Vec<[[f64; 2]; 2]>> {
+        let pattern = &self.sheet.pattern;
+        let mut slits: HashMap<FacetId, Vec<[[f64; 2]; 2]>> = HashMap::new();
+        for edge in pattern.edges.iter().filter(|it| matches!(it.role, Role::Cut | Role::Border)) {
+            if let [Some(left), Some(right)] = edge.facets
+                && left == right
+            {
+                let ends = edge.vertices.map(|end| self.metres(pattern.vertices[end.index()]));
+                slits.entry(left).or_default().push(ends);
+            }
+        }
+        slits
     }
 
     /// Refuses an outline with so many vertices that no model may have it.

@@ -22,6 +22,7 @@ fn code(cause: Cause) -> Code {
         Cause::Dangling => codes::DANGLING_LINE,
         Cause::Thin => codes::THIN_FACET,
         Cause::Rim => codes::CREASED_RIM,
+        Cause::Layers => codes::UNUSED_LAYERS,
     }
 }
 

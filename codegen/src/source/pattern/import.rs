@@ -84,7 +84,7 @@ pub fn import(path: &str, bytes: Vec<u8>, name: &str, options: &Options) -> Impo
     };
     let mut found = drawn.notes();
     if unit.is_none() {
-        let message = "the drawing does not say how long its unit is; 1 mm is taken".to_owned();
+        let message = format!("the drawing {}; 1 mm is taken", drawn.drawing.why_no_unit());
         let warning = drawn.finding(Severity::Warning, codes::NO_SCALE, None, message);
         found.push(warning.hint("give the length of one unit, as in `--scale 0.1mm`"));
     }

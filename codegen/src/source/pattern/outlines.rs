@@ -2,7 +2,8 @@
 //!
 //! The boundary of a facet passes twice through a vertex where a hole touches the outline, and twice along a
 //! slit that ends within the facet. Plates have simple rings, so such a boundary is divided into
-//! loops: a loop that encloses nothing is a slit, which has no width; a clockwise loop is a hole.
+//! loops: a loop that encloses nothing is a slit, which has no width, and which bodies have besides their plates;
+//! a clockwise loop is a hole.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -56,7 +57,7 @@ pub(super) fn boundaries(
 }
 
 /// Divides a boundary that passes more than once through a point into loops that do not. Ways there and
-/// back vanish.
+/// back, which are slits, vanish.
 pub(super) fn simple_loops<T: Copy, K: Eq + Hash>(
     boundary: &[T],
     key: impl Fn(&T) -> K,

@@ -6,6 +6,9 @@ use std::fs;
 
 use proptest::prelude::*;
 
+mod folds;
+mod slits;
+
 use super::{Ground, Options, import};
 use crate::source::{
     Body, Diagnostics, Expression, Joint, Shape, SourceFile, SourceModel, Spring, parse, to_yaml,
@@ -128,25 +131,6 @@ fn facets_become_bodies_and_creases_joints() {
     let Spring::Stiffness(stiffness) = &joint.spring else { panic!() };
     close(number(&stiffness.value), 0.1 * 0.02);
     close(number(&joint.damping.value), 1e-4 * 0.02);
-}
-
-#[test]
-fn the_drawing_comes_before_the_model_and_the_model_before_the_default() {
-    let half = "#f00' stroke-opacity='0.5";
-    let line = |colour| strip(&[(colour, [15.0, 0.0, 15.0, 20.0])]);
-    for (colour, pattern, expected) in [
-        (half, "", Some(-PI / 2.0)),
-        (half, ", fold: { mountain: -30 }", Some(-PI / 2.0)),
-        (UNDRIVEN, "", None),
-        (VALLEY, ", fold: { mountain: -30 }", Some(PI)),
-    ] {
-        let fold = model(&line(colour), pattern).joints[0].fold.as_ref().map(|fold| fold.value);
-        let is_same = match (fold, expected) {
-            (Some(fold), Some(expected)) => (fold - expected).abs() < 1e-12,
-            (found, expected) => found == expected,
-        };
-        assert!(is_same, "{colour}{pattern}: {fold:?}");
-    }
 }
 
 #[test]

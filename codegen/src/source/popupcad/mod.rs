@@ -294,6 +294,7 @@ fn laminate(i: usize, node: &Node, plates: Vec<Vec<Plate>>, fixed: bool) -> Body
         name: Spanned { value: format!("b{i}"), span: head(node) },
         fixed,
         shape: Shape::Plates(plates),
+        slits: Vec::new(),
         point_masses: Vec::new(),
         span: node.span,
     }

@@ -20,6 +20,9 @@ pub(crate) const POSITION: Value =
 /// A closed line.
 pub(crate) const RING: Value =
     Value::List { of: &VERTEX, items: [3, usize::MAX], form: "a list of vertices `[x, y]`" };
+/// A line without width.
+pub(crate) const SLIT: Value =
+    Value::Array { of: &VERTEX, length: 2, form: "two points of the slit, `[[x, y], [x, y]]`" };
 const HOLES: Value = Value::List { of: &RING, items: [0, usize::MAX], form: "a list of outlines" };
 /// The plates of one layer.
 pub(crate) const PLATES: Value = Value::List {
@@ -104,6 +107,14 @@ pub static BODY: Mapping = Mapping {
             "The inertia about the centre of mass, along the axes of the flat state. It is symmetric, and \
              no principal moment exceeds the sum of the two others. Products of inertia have a minus \
              sign: xy = -sum(m x y).",
+        ),
+        key(
+            "slits",
+            Value::List { of: &SLIT, items: [0, usize::MAX], form: "a list of slits" },
+            Presence::Default("[]"),
+            "[[[5, 5], [15, 5]]]",
+            "Straight cuts without width within the plates, through all layers. `lamc cut` cuts them; the \
+             body moves as without them.",
         ),
         key(
             "point_masses",

@@ -58,7 +58,8 @@ pub static PATTERN: Mapping = Mapping {
             Value::Mapping(&FOLD),
             "mountains fold by -180 deg and valleys by 180 deg",
             "{ mountain: -120 deg, valley: 120 deg }",
-            "The angles of the finished fold, for creases whose angle the drawing does not give.",
+            "The angles of the finished fold, for creases whose angle the drawing does not give: in SVG, those for \
+             which no opacity is written.",
         ),
         key(
             "triangulate",

@@ -1,0 +1,113 @@
+//! Warnings about an initial state that differs from what was asked for, because the loops do not close there.
+
+use std::f64::consts::{PI, TAU};
+
+use lamc::arithmetic::largest;
+use lamc::program::Interface;
+
+use super::warn;
+
+/// A joint that assembly moves from where it was asked to be by more than this is reported, rad.
+const FAR: f64 = 5.0 * PI / 180.0;
+/// So is one that is bent the other way, from this angle on, rad.
+const BENT: f64 = 1e-3;
+/// A speed that changes by more than this share of the largest given one is reported.
+const OTHER_SPEED: f64 = 0.05;
+/// A fold is lost if the state is farther from it than this share of it.
+const LOST: f64 = 0.5;
+/// Joints that start elsewhere are named one by one up to this number.
+const MOST_NAMED: usize = 6;
+
+/// Warns of joints with a given guess (rad) that start elsewhere: of each, or of a sheet's in one line.
+pub fn warn_of_moves(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
+    const REASON: &str = "the loops do not close with this angle and the other given angles";
+    let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
+    let mut moves = Vec::new();
+    for ((joint, given), (asked, q)) in joints {
+        let moved = turn(*asked, *q);
+        let is_flipped =
+            asked.abs().min(q.abs()) > BENT && asked * q < 0.0 && (q - asked).abs() < PI;
+        if *given && !joint.driven && (moved.abs() > FAR || is_flipped) {
+            let text = format!(
+                "`{}` should start at {:.4} deg but starts at {:.4} deg",
+                joint.name,
+                asked.to_degrees(),
+                q.to_degrees()
+            );
+            moves.push((moved.abs(), text));
+        }
+    }
+    tell(&moves, REASON, |count| {
+        format!(
+            "{count} of {} joints do not start at the angle that is given, because the loops do not close \
+             with these angles",
+            q.len()
+        )
+    });
+}
+
+/// Warns of joints with a given speed (rad/s, not 0) that start at another one.
+pub fn warn_of_speeds(interface: &Interface, asked: &[f64], u: &[f64]) {
+    const REASON: &str = "the loops do not stay closed with this speed and the other given speeds";
+    let allowed = OTHER_SPEED * largest(asked);
+    let joints = interface.joints.iter().zip(asked.iter().zip(u));
+    let given = joints.filter(|(joint, (asked, _))| **asked != 0.0 && !joint.driven);
+    let changed = given.map(|(joint, (asked, u))| {
+        let text = format!(
+            "`{}` should start with {:.4} deg/s but starts with {:.4} deg/s",
+            joint.name,
+            asked.to_degrees(),
+            u.to_degrees()
+        );
+        ((u - asked).abs(), text)
+    });
+    let changed: Vec<_> = changed.filter(|(change, _)| *change > allowed).collect();
+    tell(&changed, REASON, |count| {
+        format!(
+            "{count} of {} joints do not start with the speed that is given, because the loops do not stay \
+             closed with these speeds",
+            u.len()
+        )
+    });
+}
+
+/// Warns of a share of the finished fold (rad, of the joints whose angle is not given) near which no closed
+/// state was found.
+pub fn warn_of_lost_fold(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
+    let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
+    // What has no fold is not asked to be anywhere.
+    let folded =
+        joints.filter(|((joint, given), (asked, _))| !**given && !joint.driven && **asked != 0.0);
+    let folded: Vec<_> = folded.map(|((joint, _), (asked, q))| (joint, asked, q)).collect();
+    let norm = |lengths: &mut dyn Iterator<Item = f64>| lengths.map(|x| x * x).sum::<f64>().sqrt();
+    let whole = norm(&mut folded.iter().map(|(_, asked, _)| **asked));
+    let away = norm(&mut folded.iter().map(|(_, asked, q)| turn(**asked, **q)));
+    let far = |(_, asked, q): &(_, &f64, &f64)| turn(**asked, **q).abs();
+    let farthest = folded.iter().max_by(|a, b| far(a).total_cmp(&far(b)));
+    let Some((joint, asked, q)) = farthest.filter(|_| away > LOST * whole) else { return };
+    warn(format_args!(
+        "the motion does not start near the initial fold, because no closed state was found there: the angles \
+         are {:.0} % of it away; the farthest: `{}` should start at {:.4} deg but starts at {:.4} deg (give \
+         angles of a closed state under `initial.q`, as `lamc fold` finds them)",
+        100.0 * away / whole,
+        joint.name,
+        asked.to_degrees(),
+        q.to_degrees()
+    ));
+}
+
+/// How far a joint turns from one angle to another, rad: whole turns do not matter.
+fn turn(from: f64, to: f64) -> f64 {
+    (to - from + PI).rem_euclid(TAU) - PI
+}
+
+/// Warns of each change, or of all in one line.
+fn tell(changes: &[(f64, String)], reason: &str, all: impl FnOnce(usize) -> String) {
+    if changes.len() <= MOST_NAMED {
+        changes.iter().for_each(|(_, text)| warn(format_args!("{text}: {reason}")));
+        return;
+    }
+    let farthest = changes.iter().max_by(|(a, _), (b, _)| a.total_cmp(b));
+    let farthest = farthest.map_or("", |(_, text)| text);
+    warn(format_args!("{}; the farthest: {farthest}", all(changes.len())));
+}
