@@ -340,7 +340,10 @@ class Model:
             q, pinned = self._vector("guess", guess), [False] * len(q)
         if u is not None:
             speeds = self._vector("u", u)
-        return self._native.assemble(0.0, q, speeds, pinned)
+        closed, rates, found = self._native.assemble(q, speeds, pinned, guess is None)
+        for warning in found:
+            warnings.warn(warning, stacklevel=2)
+        return closed, rates
 
     def equilibrium(
         self, guess: Mapping[str, float] | ArrayLike | None = None, inputs: Any = None

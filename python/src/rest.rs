@@ -1,7 +1,8 @@
 //! Closed states, states of rest, and small motions about them.
 
-use lamc_runtime::{Mechanism as _, State, Stopped, assemble, equilibrium, project};
+use lamc_runtime::{Mechanism as _, State, Stopped, equilibrium};
 use lamc_workbench::linear::{Motions, Stability};
+use lamc_workbench::simulation::{Asked, start};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -10,29 +11,24 @@ use crate::error;
 use crate::program::Program;
 use crate::states::array;
 
-/// q and u.
-type Pair<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
-
 #[pymethods]
 impl Program {
-    /// The closed state nearest to a guess: joints that are pinned keep their angles if the loops close that way.
+    /// The closed state nearest to a guess, and warnings: joints that are pinned keep their angles if the loops close that
+    /// way. `is_folded`: the other angles are a share of the finished fold.
     fn assemble<'py>(
         &self,
         py: Python<'py>,
-        t: f64,
-        mut q: Vec<f64>,
-        mut u: Vec<f64>,
+        q: Vec<f64>,
+        u: Vec<f64>,
         pinned: Vec<bool>,
-    ) -> PyResult<Pair<'py>> {
+        is_folded: bool,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<String>)> {
         let system = self.system();
-        let closed = py.detach(move || {
-            let mut room = system.workspace();
-            assemble(&system, t, &mut q, &pinned, &mut room)?;
-            project(&system, t, &mut q, &mut u, &mut room)?;
-            Ok((q, u))
-        });
-        let (q, u) = closed.map_err(|failure| self.failure(&failure))?;
-        Ok((array(py, &q), array(py, &u)))
+        let topology = &self.compiled.topology;
+        let asked = Asked { state: State { t: 0.0, q, u }, pinned, is_folded };
+        let (state, warnings) =
+            py.detach(move || start(topology, &system, &asked)).map_err(error)?;
+        Ok((array(py, &state.q), array(py, &state.u), warnings))
     }
 
     /// The state of rest near a closed state at these inputs, and the small motions about it.
@@ -74,16 +70,5 @@ impl Program {
             .map(|mode| (mode.eigenvalue, mode.frequency, mode.damping_ratio, mode.shape.clone()));
         about.set_item("modes", PyList::new(py, modes)?)?;
         Ok(about)
-    }
-
-    /// A message if the numbers of a state are not those of the model.
-    fn expects(&self, name: &str, given: usize) -> PyResult<()> {
-        let expected = self.interface().joints.len();
-        match given == expected {
-            true => Ok(()),
-            false => Err(error(format_args!(
-                "`{name}` has {given} numbers, the model has {expected} joints"
-            ))),
-        }
     }
 }

@@ -10,8 +10,8 @@ use lamc::topology::Topology;
 use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::linear::linear;
+use lamc_workbench::simulation::{lost_fold, moves};
 
-use super::moves::{warn_of_lost_fold, warn_of_moves};
 use super::{Derivation, Outcome, load, output, warn};
 
 pub fn run(model: &str, derivation: Derivation) -> Outcome {
@@ -52,8 +52,8 @@ fn warn_of_start(compiled: &Compiled) {
     // Commands that need a closed configuration report it if the model cannot be assembled.
     let asked = q.clone();
     if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_ok() {
-        warn_of_moves(system.interface(), &pinned, &asked, &q);
-        warn_of_lost_fold(system.interface(), &pinned, &asked, &q);
+        moves(system.interface(), &pinned, &asked, &q).iter().for_each(warn);
+        lost_fold(system.interface(), &pinned, &asked, &q).iter().for_each(warn);
         let (parameters, inputs) = (system.parameters(), system.inputs());
         let start = std::iter::once((0.0, q.as_slice()));
         excursions(&compiled.topology.mechanism, parameters, inputs, start).iter().for_each(warn);

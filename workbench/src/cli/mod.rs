@@ -18,7 +18,6 @@ mod interrupt;
 mod live;
 mod mocap;
 mod modes;
-mod moves;
 mod notes;
 mod output;
 mod paths;

@@ -10,11 +10,10 @@ use lamc::program::Interface;
 use lamc::source::{
     Numbers, Severity, SourceModel, beyond_a_turn, has_no_unit, read_angle, read_as, read_quantity,
 };
-use lamc_runtime::{Mechanism, State, assemble, project};
+use lamc_runtime::{Mechanism, State};
 use lamc_workbench::execution::Jit;
-use lamc_workbench::simulation::{describe, loose_rigid_loop};
+use lamc_workbench::simulation::{self, Asked};
 
-use super::moves::{warn_of_lost_fold, warn_of_moves, warn_of_speeds};
 use super::progress::Busy;
 use super::{Derivation, Failed, fail, load_edited, misused, warn};
 
@@ -186,25 +185,12 @@ impl Start {
         for (joint, angle) in self.guess(compiled, system.interface())? {
             (state.q[joint], pinned[joint]) = (angle, true);
         }
-        let asked = state.clone();
         let _busy = Busy::new("closing the loops");
-        let mut workspace = system.workspace();
-        assemble(system, 0.0, &mut state.q, &pinned, &mut workspace).map_err(|error| {
-            let reason = describe(&error, system.interface());
-            fail(format_args!("no closed configuration near the initial one: {reason}"))
-        })?;
-        let interface = system.interface();
-        warn_of_moves(interface, &pinned, &asked.q, &state.q);
-        if self.initial.is_empty() {
-            warn_of_lost_fold(interface, &pinned, &asked.q, &state.q);
-        }
-        project(system, 0.0, &mut state.q, &mut state.u, &mut workspace)
-            .map_err(|error| fail(describe(&error, interface)))?;
-        warn_of_speeds(interface, &asked.u, &state.u);
-        match loose_rigid_loop(&compiled.topology, system, &state.q) {
-            Some(rigid) => Err(fail(rigid)),
-            None => Ok(state),
-        }
+        let asked = Asked { state, pinned, is_folded: self.initial.is_empty() };
+        let (state, warnings) =
+            simulation::start(&compiled.topology, system, &asked).map_err(fail)?;
+        warnings.iter().for_each(warn);
+        Ok(state)
     }
 }
 

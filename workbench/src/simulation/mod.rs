@@ -21,11 +21,13 @@
 mod error;
 mod pace;
 mod rigid;
+mod start;
 mod suspect;
 mod unfold;
 
 pub use error::{SimulationError, describe};
 pub use rigid::{LooseRigidLoop, loose_rigid_loop};
+pub use start::{Asked, lost_fold, moves, start};
 pub use unfold::{Fold, unfold};
 
 use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped, acceleration};

@@ -1,11 +1,14 @@
-//! Warnings about an initial state that differs from what was asked for, because the loops do not close there.
+//! The state in which a motion starts: closed, and where it differs from what was asked for, with a warning.
 
 use std::f64::consts::{PI, TAU};
 
 use lamc::arithmetic::largest;
 use lamc::program::Interface;
+use lamc::topology::Topology;
+use lamc_runtime::{Mechanism as _, State, assemble, project};
 
-use super::warn;
+use super::{describe, loose_rigid_loop};
+use crate::execution::Jit;
 
 /// A joint that assembly moves from where it was asked to be by more than this is reported, rad.
 const FAR: f64 = 5.0 * PI / 180.0;
@@ -18,8 +21,49 @@ const LOST: f64 = 0.5;
 /// Joints that start elsewhere are named one by one up to this number.
 const MOST_NAMED: usize = 6;
 
-/// Warns of joints with a given guess (rad) that start elsewhere: of each, or of a sheet's in one line.
-pub fn warn_of_moves(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
+/// What is asked of the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// A guess of the angles, and the speeds.
+    pub state: State<Vec<f64>, f64>,
+    /// For each joint, whether its angle is to be kept if the loops can close that way.
+    pub pinned: Vec<bool>,
+    /// Whether the other angles are a share of the finished fold.
+    pub is_folded: bool,
+}
+
+/// The closed state nearest to what is asked, at consistent speeds, with warnings.
+///
+/// # Errors
+/// No closed state was found, or a loop is loose that cannot move ([`loose_rigid_loop`]); the text says so.
+pub fn start(
+    topology: &Topology,
+    system: &Jit,
+    asked: &Asked,
+) -> Result<(State<Vec<f64>, f64>, Vec<String>), String> {
+    let interface = system.interface();
+    let Asked { state: wanted, pinned, is_folded } = asked;
+    let mut state = wanted.clone();
+    let mut workspace = system.workspace();
+    assemble(system, state.t, &mut state.q, pinned, &mut workspace).map_err(|error| {
+        let reason = describe(&error, interface);
+        format!("no closed configuration near the initial one: {reason}")
+    })?;
+    let mut warnings = moves(interface, pinned, &wanted.q, &state.q);
+    if *is_folded {
+        warnings.extend(lost_fold(interface, pinned, &wanted.q, &state.q));
+    }
+    project(system, state.t, &mut state.q, &mut state.u, &mut workspace)
+        .map_err(|error| describe(&error, interface))?;
+    warnings.extend(speeds(interface, &wanted.u, &state.u));
+    match loose_rigid_loop(topology, system, &state.q) {
+        Some(found) => Err(found.to_string()),
+        None => Ok((state, warnings)),
+    }
+}
+
+/// Warnings of joints with a given guess (rad) that start elsewhere: of each, or of a sheet's in one line.
+pub fn moves(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) -> Vec<String> {
     const REASON: &str = "the loops do not close with this angle and the other given angles";
     let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
     let mut moves = Vec::new();
@@ -43,11 +87,11 @@ pub fn warn_of_moves(interface: &Interface, given: &[bool], asked: &[f64], q: &[
              with these angles",
             q.len()
         )
-    });
+    })
 }
 
-/// Warns of joints with a given speed (rad/s, not 0) that start at another one.
-pub fn warn_of_speeds(interface: &Interface, asked: &[f64], u: &[f64]) {
+/// Warnings of joints with a given speed (rad/s, not 0) that start at another one.
+fn speeds(interface: &Interface, asked: &[f64], u: &[f64]) -> Vec<String> {
     const REASON: &str = "the loops do not stay closed with this speed and the other given speeds";
     let allowed = OTHER_SPEED * largest(asked);
     let joints = interface.joints.iter().zip(asked.iter().zip(u));
@@ -68,12 +112,17 @@ pub fn warn_of_speeds(interface: &Interface, asked: &[f64], u: &[f64]) {
              closed with these speeds",
             u.len()
         )
-    });
+    })
 }
 
-/// Warns of a share of the finished fold (rad, of the joints whose angle is not given) near which no closed
+/// A warning of a share of the finished fold (rad, of the joints whose angle is not given) near which no closed
 /// state was found.
-pub fn warn_of_lost_fold(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
+pub fn lost_fold(
+    interface: &Interface,
+    given: &[bool],
+    asked: &[f64],
+    q: &[f64],
+) -> Option<String> {
     let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
     // What has no fold is not asked to be anywhere.
     let folded =
@@ -84,8 +133,8 @@ pub fn warn_of_lost_fold(interface: &Interface, given: &[bool], asked: &[f64], q
     let away = norm(&mut folded.iter().map(|(_, asked, q)| turn(**asked, **q)));
     let far = |(_, asked, q): &(_, &f64, &f64)| turn(**asked, **q).abs();
     let farthest = folded.iter().max_by(|a, b| far(a).total_cmp(&far(b)));
-    let Some((joint, asked, q)) = farthest.filter(|_| away > LOST * whole) else { return };
-    warn(format_args!(
+    let (joint, asked, q) = farthest.filter(|_| away > LOST * whole)?;
+    Some(format!(
         "the motion does not start near the initial fold, because no closed state was found there: the angles \
          are {:.0} % of it away; the farthest: `{}` should start at {:.4} deg but starts at {:.4} deg (give \
          angles of a closed state under `initial.q`, as `lamc fold` finds them)",
@@ -93,7 +142,7 @@ pub fn warn_of_lost_fold(interface: &Interface, given: &[bool], asked: &[f64], q
         joint.name,
         asked.to_degrees(),
         q.to_degrees()
-    ));
+    ))
 }
 
 /// How far a joint turns from one angle to another, rad: whole turns do not matter.
@@ -101,13 +150,12 @@ fn turn(from: f64, to: f64) -> f64 {
     (to - from + PI).rem_euclid(TAU) - PI
 }
 
-/// Warns of each change, or of all in one line.
-fn tell(changes: &[(f64, String)], reason: &str, all: impl FnOnce(usize) -> String) {
+/// A warning of each change, or of all in one line.
+fn tell(changes: &[(f64, String)], reason: &str, all: impl FnOnce(usize) -> String) -> Vec<String> {
     if changes.len() <= MOST_NAMED {
-        changes.iter().for_each(|(_, text)| warn(format_args!("{text}: {reason}")));
-        return;
+        return changes.iter().map(|(_, text)| format!("{text}: {reason}")).collect();
     }
     let farthest = changes.iter().max_by(|(a, _), (b, _)| a.total_cmp(b));
     let farthest = farthest.map_or("", |(_, text)| text);
-    warn(format_args!("{}; the farthest: {farthest}", all(changes.len())));
+    vec![format!("{}; the farthest: {farthest}", all(changes.len()))]
 }
