@@ -2,14 +2,42 @@
 
 use crate::acceleration::safe;
 use crate::linear::{
-    Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, keep, normalise,
-    orthogonalise, rows_of_mut, times_lower,
+    Kept, add_scaled, backward, clearly_independent, combine, conditioning, copy, dot, factor,
+    forward, keep, normalise, orthogonalise, orthogonalise_independent, reduce, rows_of_mut,
+    times_lower,
 };
 use crate::rank::{Fading, Gap};
 use crate::{Constraint, Error, Scalar};
 
 /// A decision on the rank and, unless rows were far from dependence, what led to it.
 pub(crate) type Decided<S> = (Constraint, Option<Kept<S>>);
+
+/// Up to so many speeds singular values cost no more than what avoids them.
+const FEW_SPEEDS: usize = 12;
+
+/// Rows of `jacobian` (m x n) that are left without redundant ones, where that helps to find orthogonal rows: their
+/// number. The right-hand sides (m x any) go with them.
+pub(crate) fn without_redundant<S: Scalar>(
+    jacobian: &mut [S],
+    rhs: &mut [S],
+    [m, n]: [usize; 2],
+) -> Result<usize, Error> {
+    if n > FEW_SPEEDS { Ok(m) } else { reduce(jacobian, rhs, m, n) }
+}
+
+/// Makes independent rows of `a` (k x n) orthogonal, and turns those of `b` (k x any but 0) with them.
+pub(crate) fn straighten<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    [k, n]: [usize; 2],
+) -> Result<(), Error> {
+    if n > FEW_SPEEDS {
+        orthogonalise_independent(a, b, n);
+    } else {
+        orthogonalise(a, b, k, n)?;
+    }
+    Ok(())
+}
 
 /// Rows of J become rows of J L^-T.
 pub(crate) fn weigh<S: Scalar>(l: &[S], rows: &mut [S], n: usize) {
@@ -27,11 +55,26 @@ pub(crate) fn independent<S: Scalar>(
     gap: Gap<S>,
 ) -> Result<Kept<S>, Error> {
     let width = rhs.len() / m.max(1);
-    let k = orthogonalise(jacobian, rhs, m, n)?;
-    let (jacobian, rhs) = (rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(rhs, width, 0..k)?);
-    let kept = keep(jacobian, rhs, k, n, gap.cut())?;
+    let kept = independent_directions(jacobian, rhs, [m, n], gap)?;
     normalise(rows_of_mut(jacobian, n, 0..kept.rank)?, rows_of_mut(rhs, width, 0..kept.rank)?, n);
     Ok(kept)
+}
+
+/// Orthogonal rows that span the independent rows of `jacobian` (m x n), in its place, as long as singular values or
+/// nearly so, and the right-hand sides that belong to them in that of `rhs` (m x any).
+pub(crate) fn independent_directions<S: Scalar>(
+    jacobian: &mut [S],
+    rhs: &mut [S],
+    [m, n]: [usize; 2],
+    gap: Gap<S>,
+) -> Result<Kept<S>, Error> {
+    if n > FEW_SPEEDS
+        && let Some(kept) = clearly_independent(jacobian, rhs, [m, n], gap.cut())?
+    {
+        return Ok(kept);
+    }
+    let k = orthogonalise(jacobian, rhs, m, n)?;
+    keep(jacobian, rhs, k, n, gap.cut())
 }
 
 /// The closure equations J a = -gamma and room to solve them in.
@@ -115,7 +158,7 @@ impl<S: Scalar> Rows<'_, S> {
         self.set_wanted(k, y);
         let (weighted, rhs) =
             (rows_of_mut(self.weighted, n, 0..k)?, rows_of_mut(self.rhs, 1, 0..k)?);
-        orthogonalise(weighted, rhs, k, n)?;
+        straighten(weighted, rhs, [k, n])?;
         combine(weighted, rhs, self.push);
         add_scaled(y, S::ONE, self.push);
         let is_weak = gap.is_below(Fading::of_rounding().weak, &kept);

@@ -1,6 +1,6 @@
 //! Independent rows of a matrix whose rank is clear, without singular values.
 //!
-//! Householder reflections from the left, each of the longest column that is left, and then orthonormal rows from
+//! Householder reflections from the left, each of the longest column that is left, and then orthogonal rows from
 //! the first to the last:
 //!
 //! ```text
@@ -13,24 +13,23 @@
 
 use super::{Kept, add_scaled, dot, rows_of_mut};
 use crate::constants::NEGLIGIBLE_EPSILONS;
-use crate::workspace::split;
 use crate::{Error, Scalar};
 
 /// Values this many times larger than the cut, or smaller, are on their side of it without doubt: a diagonal of R may
 /// differ from the singular value by the square root of the number of rows, and hardly ever does by more than ten.
 const CLEAR: f64 = 100.0;
 
-/// A row that keeps this share of its length when others are taken from it is orthogonal to them to rounding.
-const ORTHOGONAL_SHARE: f64 = 0.5;
-
-/// Two passes are enough (W. Kahan); the third sees that they were.
-const PASSES: usize = 3;
+/// Passes over all pairs of rows: two are enough (W. Kahan, in B. N. Parlett, "The Symmetric Eigenvalue Problem", 6-9).
+const PASSES: usize = 2;
 
 /// Columns that are changed at a time: their sums stay in registers.
 const BLOCK: usize = 16;
 
-/// Orthonormal rows that span those of `a` (m x n), in its place, and the rows of `b` (m x any but 0) that belong to
-/// them.
+/// Sums of a product that are kept side by side.
+const LANES: usize = 8;
+
+/// Orthogonal rows that span those of `a` (m x n), in its place, and the rows of `b` (m x any but 0) that belong to
+/// them. The lengths of the rows follow the singular values.
 ///
 /// Returns `None` where a value lies so near to `cut` times the largest that singular values have to decide. Then `a`
 /// and `b` are only reflected, and have the singular values that they had.
@@ -48,42 +47,46 @@ pub(crate) fn clearly_independent<S: Scalar>(
     }
     let width = b.len() / m.max(1);
     let (a, b) = (rows_of_mut(a, n, 0..rank)?, rows_of_mut(b, width, 0..rank)?);
-    let [least, largest] = orthonormalise(a, b, n)?;
+    orthogonalise_independent(a, b, n);
+    let lengths = a.chunks_exact(n.max(1)).map(|row| dot(row, row).sqrt());
+    let largest = lengths.clone().fold(S::ZERO, |most, length| most.max(length));
+    let least = lengths.fold(largest, |least, length| least.min(length));
     Ok(Some(Kept { rank, least: least / largest, dropped: next / first }))
 }
 
-/// Makes independent rows of `a` (of n columns) orthonormal, from the first to the last, and turns those of `b` (of any
-/// number of columns but 0) with them. Returns the shortest and the longest length that was left of a row.
-pub(crate) fn orthonormalise<S: Scalar>(
-    a: &mut [S],
-    b: &mut [S],
-    n: usize,
-) -> Result<[S; 2], Error> {
-    let count = a.len() / n.max(1);
-    let width = b.len() / count.max(1);
-    let (mut least, mut largest) = (S::from_f64(f64::INFINITY), S::ZERO);
-    for i in 0..count {
+/// Makes independent rows of `a` (of n columns) orthogonal, from the first to the last, and turns those of `b` (of any
+/// number of columns but 0) with them.
+pub(crate) fn orthogonalise_independent<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
+    let width = b.len() / (a.len() / n.max(1)).max(1);
+    for _ in 0..PASSES {
         let (mut rest, mut rest_b) = (&mut *a, &mut *b);
-        let (done, done_b) = (split(&mut rest, i * n)?, split(&mut rest_b, i * width)?);
-        let (row, row_b) = (split(&mut rest, n)?, split(&mut rest_b, width)?);
-        let mut length = dot(row, row).sqrt();
-        for _ in 0..PASSES {
-            let before = length;
-            for (other, other_b) in done.chunks_exact(n).zip(done_b.chunks_exact(width.max(1))) {
-                let share = -dot(row, other);
-                add_scaled(row, share, other);
-                add_scaled(row_b, share, other_b);
+        while let (Some((row, later)), Some((row_b, later_b))) =
+            (rest.split_at_mut_checked(n.max(1)), rest_b.split_at_mut_checked(width.max(1)))
+        {
+            let scale = -S::ONE / dot_in_lanes(row, row);
+            let others =
+                later.chunks_exact_mut(n.max(1)).zip(later_b.chunks_exact_mut(width.max(1)));
+            for (other, other_b) in others {
+                let share = scale * dot_in_lanes(other, row);
+                add_scaled(other, share, row);
+                add_scaled(other_b, share, row_b);
             }
-            length = dot(row, row).sqrt();
-            if length > S::from_f64(ORTHOGONAL_SHARE) * before {
-                break;
-            }
+            (rest, rest_b) = (later, later_b);
         }
-        let scale = S::ONE / length;
-        row.iter_mut().chain(row_b).for_each(|value| *value *= scale);
-        (least, largest) = (least.min(length), largest.max(length));
     }
-    Ok([least, largest])
+}
+
+/// a . b by several sums side by side, which do not wait for each other.
+fn dot_in_lanes<S: Scalar>(a: &[S], b: &[S]) -> S {
+    let mut sums = [S::ZERO; LANES];
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest = dot(a.remainder(), b.remainder());
+    for (a, b) in a.zip(b) {
+        for (sum, (&a, &b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().fold(rest, |all, &sum| all + sum)
 }
 
 /// Result of [`reduce_longest`].
@@ -153,6 +156,9 @@ fn reflect_others<S: Scalar>(a: &mut [S], n: usize, j: usize, scale: S) {
         let mut sums = [S::ZERO; BLOCK];
         for row in a.chunks_exact(n) {
             let v = scale * row[j];
+            if v == S::ZERO {
+                continue;
+            }
             for (sum, &x) in sums.iter_mut().zip(&row[start..]) {
                 *sum += v * x;
             }
@@ -162,6 +168,9 @@ fn reflect_others<S: Scalar>(a: &mut [S], n: usize, j: usize, scale: S) {
         }
         for row in a.chunks_exact_mut(n) {
             let v = row[j];
+            if v == S::ZERO {
+                continue;
+            }
             for (x, &sum) in row[start..].iter_mut().zip(&sums) {
                 *x -= v * sum;
             }
@@ -190,7 +199,7 @@ fn reflect<S: Scalar>(b: &mut [S], width: usize, (a, n, j): (&[S], usize, usize)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear::test_matrix;
+    use crate::linear::{normalise, test_matrix};
     use nalgebra::{DMatrix, DVector};
 
     /// Rows of an m x n matrix with these singular values, which b = A x has too.
@@ -205,7 +214,7 @@ mod tests {
         matrix.transpose().iter().copied().collect()
     }
 
-    /// Checks that orthonormal rows span those of the matrix, and that the right-hand sides go with them.
+    /// Checks that orthogonal rows span those of the matrix, and that the right-hand sides go with them.
     fn check(m: usize, n: usize, values: &[f64], rank: usize) {
         let a = matrix(m, n, values);
         let x = DMatrix::from_fn(n, 2, |i, k| (1.0 + i as f64 + 3.0 * k as f64).sin());
@@ -213,6 +222,7 @@ mod tests {
         let found = clearly_independent(&mut rows, &mut rhs, [m, n], 1e-6).unwrap();
         let kept = found.expect("a clear rank");
         assert_eq!(kept.rank, rank, "{m} x {n}");
+        normalise(&mut rows[..rank * n], &mut rhs[..rank * 2], n);
         let z = DMatrix::from_row_slice(rank, n, &rows[..rank * n]);
         let error = (&z * z.transpose() - DMatrix::identity(rank, rank)).amax();
         assert!(error <= 1e-14, "{m} x {n}: {error:e}");

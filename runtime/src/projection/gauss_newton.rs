@@ -6,11 +6,10 @@
 
 use super::worst_loop;
 use crate::acceleration::{blame, not_finite};
-use crate::closure_rows::weigh;
+use crate::closure_rows::{independent_directions, straighten, weigh, without_redundant};
 use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, UNDECIDED_FACTOR};
 use crate::linear::{
-    add_scaled, backward, combine, copy, dot, factor, keep, max_abs, normalise, orthogonalise,
-    reduce, rows_of_mut, set_scaled,
+    add_scaled, backward, combine, copy, dot, factor, max_abs, normalise, rows_of_mut, set_scaled,
 };
 use crate::plumbing::EquationsMut;
 use crate::rank::{Gap, closed_to_rounding};
@@ -129,12 +128,10 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
     /// only where it is more than the directions themselves are uncertain by.
     pub(super) fn solve(&mut self, gap: Gap<S>, length: S) -> Result<usize, Error> {
         let (n, rows) = (self.step.len(), self.residual.len());
-        // Nine rows per loop are redundant: only what reduction leaves of them is looked at.
-        let k = reduce(self.jacobian, self.residual, rows, n)?;
+        let m = without_redundant(self.jacobian, self.residual, [rows, n])?;
         let (jacobian, residual) =
-            (rows_of_mut(self.jacobian, n, 0..k)?, rows_of_mut(self.residual, 1, 0..k)?);
-        let k = orthogonalise(jacobian, residual, k, n)?;
-        let k = keep(jacobian, residual, k, n, gap.cut())?.rank;
+            (rows_of_mut(self.jacobian, n, 0..m)?, rows_of_mut(self.residual, 1, 0..m)?);
+        let k = independent_directions(jacobian, residual, [m, n], gap)?.rank;
         let (jacobian, residual) =
             (rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(residual, 1, 0..k)?);
         let singular = |row: &[S]| dot(row, row).sqrt();
@@ -147,7 +144,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         }
         normalise(jacobian, residual, n);
         weigh(self.mass, jacobian, n);
-        orthogonalise(jacobian, residual, k, n)?;
+        straighten(jacobian, residual, [k, n])?;
         combine(jacobian, residual, self.step);
         backward(self.mass, self.step);
         Ok(k)
