@@ -26,6 +26,7 @@ pub mod kane;
 pub mod laminate;
 pub mod pipeline;
 pub mod program;
+pub mod sealed;
 pub mod source;
 pub mod symbolic;
 pub mod topology;

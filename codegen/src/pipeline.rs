@@ -1,12 +1,16 @@
 //! The pipeline: every stage of the compiler, in order.
 
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
 use crate::backend::c::{self, Real};
 use crate::backend::fmu::{self, Version};
 use crate::backend::python;
 use crate::backend::rust::{self, ScalarChoice};
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
-use crate::program::{self, Op, Program};
+use crate::program::{self, Op, Program, ReadError};
+use crate::sealed::Format;
 use crate::source::codes;
 use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFile, SourceModel};
 use crate::symbolic::SessionError;
@@ -57,6 +61,27 @@ pub struct Compiled {
     pub warnings: Diagnostics,
 }
 
+/// A model that was read, and perhaps changed, with the warnings of the stage `source`.
+#[derive(Clone, Debug)]
+pub struct Read<'a> {
+    file: &'a SourceFile,
+    model: SourceModel,
+    warnings: Diagnostics,
+}
+
+/// The results of the stages from `laminate` to `program`, which take most of the time: what a cache keeps.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Derived {
+    topology: Topology,
+    program: Program,
+    /// Warnings of these stages.
+    warnings: Diagnostics,
+}
+
+/// [`Derived`] as bytes. A cache is bound to one build of the compiler, so that this version needs not be raised
+/// when a type changes.
+const FORMAT: Format = Format { name: *b"lamcderi", version: 1 };
+
 /// Stages that take a long time for large models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
@@ -87,21 +112,85 @@ pub fn compile_edited(
 pub fn compile_watched(
     file: &SourceFile,
     edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
-    mut enter: impl FnMut(Stage, usize),
+    enter: impl FnMut(Stage, usize),
 ) -> Result<Compiled, CompileError> {
+    let read = read(file, edit)?;
+    let derived = read.derive(enter)?;
+    Ok(read.compiled(derived))
+}
+
+/// Runs the stage `source`, and changes the model that was read.
+///
+/// # Errors
+/// As [`compile_edited`].
+pub fn read(
+    file: &SourceFile,
+    edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
+) -> Result<Read<'_>, CompileError> {
     let (mut model, warnings) = source::parse(file)?;
     edit(&mut model)?;
     refuse_too_many_hinges(&model)?;
-    let joints = model.joints.len();
-    enter(Stage::Topology, joints);
-    let (topology, warnings) = analysed(&model, warnings)?;
-    enter(Stage::Equations, joints);
-    let equations: Equations = kane::derive(&topology)?;
-    enter(Stage::Program, joints);
-    // The module says from which texts it was made.
-    let drawing = model.drawing.as_ref().map_or("", |drawing| drawing.text.as_str());
-    let program = program::lower(&equations, file.name(), &(file.text.clone() + drawing));
-    Ok(Compiled { topology: equations.topology, program, numbers: model.numbers(), warnings })
+    Ok(Read { file, model, warnings })
+}
+
+impl Read<'_> {
+    /// Returns a hash of everything that the later stages depend on, but for the compiler itself: models with the same
+    /// hash have the same [`Derived`].
+    pub fn fingerprint(&self) -> [u8; 32] {
+        // `Debug` is derived for all types of the model, which hold no hash maps: it shows every number with
+        // all its digits, and what the user changed. The text is in the program as a hash.
+        let model = format!("{:?}", self.model);
+        let parts = [self.file.name(), &self.file.text, &model];
+        let hash = parts.iter().fold(Sha256::new(), |hash, part| {
+            hash.chain_update((part.len() as u64).to_le_bytes()).chain_update(part)
+        });
+        hash.finalize().into()
+    }
+
+    /// Runs the stages from `laminate` to `program`; `enter` is called before each that takes long, with the number
+    /// of joints.
+    ///
+    /// # Errors
+    /// As [`compile`].
+    pub fn derive(&self, mut enter: impl FnMut(Stage, usize)) -> Result<Derived, CompileError> {
+        let joints = self.model.joints.len();
+        enter(Stage::Topology, joints);
+        let (topology, warnings) = analysed(&self.model)?;
+        enter(Stage::Equations, joints);
+        let equations: Equations = kane::derive(&topology)?;
+        enter(Stage::Program, joints);
+        // The module says from which texts it was made.
+        let drawing = self.model.drawing.as_ref().map_or("", |drawing| drawing.text.as_str());
+        let text = self.file.text.clone() + drawing;
+        let program = program::lower(&equations, self.file.name(), &text);
+        Ok(Derived { topology: equations.topology, program, warnings })
+    }
+
+    /// Adds what was derived from this model.
+    pub fn compiled(self, derived: Derived) -> Compiled {
+        let Derived { topology, program, warnings: found } = derived;
+        let numbers = self.model.numbers();
+        let mut warnings = self.warnings;
+        warnings.extend(found.0);
+        Compiled { topology, program, numbers, warnings }
+    }
+}
+
+impl Derived {
+    /// Returns what was derived as bytes. They can be read for the same `key` only.
+    pub fn to_bytes(&self, key: &[u8]) -> Vec<u8> {
+        FORMAT.write(self, key)
+    }
+
+    /// Reads what [`to_bytes`](Self::to_bytes) wrote. The program is verified.
+    ///
+    /// # Errors
+    /// Returns an error if the bytes are damaged, of another version or for another key.
+    pub fn from_bytes(bytes: &[u8], key: &[u8]) -> Result<Self, ReadError> {
+        let derived: Self = FORMAT.read(bytes, key)?;
+        program::verify(&derived.program)?;
+        Ok(derived)
+    }
 }
 
 /// Compiles a model to a program: every stage except the backend.
@@ -129,25 +218,21 @@ pub fn analyse_edited(
     file: &SourceFile,
     edit: impl FnOnce(&mut SourceModel),
 ) -> Result<(SourceModel, Topology, Diagnostics), Diagnostics> {
-    let (mut model, warnings) = source::parse(file)?;
+    let (mut model, mut warnings) = source::parse(file)?;
     edit(&mut model);
     refuse_too_many_hinges(&model)?;
-    let (topology, warnings) = analysed(&model, warnings)?;
+    let (topology, found) = analysed(&model)?;
+    warnings.extend(found.0);
     Ok((model, topology, warnings))
 }
 
-/// Runs the stages `laminate` and `topology`.
-fn analysed(
-    model: &SourceModel,
-    found: Diagnostics,
-) -> Result<(Topology, Diagnostics), Diagnostics> {
-    let mut warnings: Vec<Diagnostic> = found.0;
-    let mut physical = Diagnostics::default();
-    let mechanism = laminate::build(model, &mut physical)?;
+/// Runs the stages `laminate` and `topology`, and returns their warnings.
+fn analysed(model: &SourceModel) -> Result<(Topology, Diagnostics), Diagnostics> {
+    let mut warnings = Diagnostics::default();
+    let mechanism = laminate::build(model, &mut warnings)?;
     let topology = topology::build(mechanism)?;
-    warnings.extend(physical.0);
     warnings.extend(topology.warnings.0.iter().cloned());
-    Ok((topology, Diagnostics(warnings)))
+    Ok((topology, warnings))
 }
 
 /// Refuses models whose equations would take more memory or time than the user expects.

@@ -3,6 +3,7 @@
 //! the binary of this crate.
 
 pub mod archive;
+pub mod cache;
 #[cfg(test)]
 #[allow(dead_code, reason = "a part of it serves here")]
 #[path = "../../tests/src/compare.rs"]

@@ -268,7 +268,7 @@ impl Table<'_> {
         order.iter().enumerate().for_each(|(place, &index)| places[index] = place);
         let mut legend: Vec<Quantity> = Vec::new();
         for (fact, _) in self.program.facts.iter().zip(self.legend).filter(|(_, used)| *used) {
-            legend.extend(fact.quantity.filter(|quantity| !legend.contains(quantity)));
+            legend.extend(fact.quantity.clone().filter(|quantity| !legend.contains(quantity)));
         }
         Constants {
             list: order.iter().map(|&index| list[index].clone()).collect(),

@@ -3,13 +3,17 @@
 //! The algebra computes only with the numbers. The generated code has a table of their names, which
 //! tells a reader where each number comes from.
 
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
 use super::binder::Binder;
 use super::section::Subject;
 use crate::symbolic::Expr;
 use crate::topology::NodeId;
 
 /// A number of the model.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fact {
     /// Name, for example `offset_south_x`.
     pub name: String,
@@ -23,12 +27,19 @@ pub struct Fact {
 }
 
 /// A kind of facts, with the prefix of their names and their meaning.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Quantity {
     /// Prefix of the facts' names.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Meaning, with the unit.
-    pub meaning: &'static str,
+    pub meaning: Cow<'static, str>,
+}
+
+impl Quantity {
+    /// Returns a kind of facts with this prefix and this meaning.
+    pub const fn new(name: &'static str, meaning: &'static str) -> Self {
+        Self { name: Cow::Borrowed(name), meaning: Cow::Borrowed(meaning) }
+    }
 }
 
 /// Axes of a vector, and of the entries of a symmetric tensor.
@@ -66,10 +77,10 @@ impl Binder<'_> {
     ) -> [Expr; K] {
         let mut axes = axes.into_iter();
         values.map(|value| {
-            let parts = [quantity.name, owner, axes.next().unwrap_or_default()];
+            let parts = [&*quantity.name, owner, axes.next().unwrap_or_default()];
             let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
             let name = parts.join("_");
-            self.name(Fact { name, quantity: Some(quantity), subject, value });
+            self.name(Fact { name, quantity: Some(quantity.clone()), subject, value });
             self.constant(value)
         })
     }

@@ -25,21 +25,21 @@ const ROUNDING: f64 = 1e-14;
 type Quantities = [Quantity; 3];
 
 const WHOLE: Quantities = [
-    Quantity { name: "mass", meaning: "mass, kg" },
-    Quantity { name: "first_moment", meaning: "mass times centre of mass, kg m" },
-    Quantity { name: "second_moment", meaning: "second moments of mass about its origin, kg m^2" },
+    Quantity::new("mass", "mass, kg"),
+    Quantity::new("first_moment", "mass times centre of mass, kg m"),
+    Quantity::new("second_moment", "second moments of mass about its origin, kg m^2"),
 ];
 
 const MINIMAL: Quantities = [
-    Quantity { name: "minimal_mass", meaning: "minimal inertial parameter: mass, kg" },
-    Quantity {
-        name: "minimal_first_moment",
-        meaning: "minimal inertial parameters: mass times centre of mass, kg m",
-    },
-    Quantity {
-        name: "minimal_second_moment",
-        meaning: "minimal inertial parameters: second moments of mass about its origin, kg m^2",
-    },
+    Quantity::new("minimal_mass", "minimal inertial parameter: mass, kg"),
+    Quantity::new(
+        "minimal_first_moment",
+        "minimal inertial parameters: mass times centre of mass, kg m",
+    ),
+    Quantity::new(
+        "minimal_second_moment",
+        "minimal inertial parameters: second moments of mass about its origin, kg m^2",
+    ),
 ];
 
 /// Spatial inertia of a body or a composite about its frame's origin, in its frame.
@@ -87,15 +87,9 @@ impl SpatialInertia {
 }
 
 const UNDIVIDED: Quantities = [
-    Quantity { name: "undivided_mass", meaning: "as minimal_mass, if no body is cut, kg" },
-    Quantity {
-        name: "undivided_first_moment",
-        meaning: "as minimal_first_moment, if no body is cut, kg m",
-    },
-    Quantity {
-        name: "undivided_second_moment",
-        meaning: "as minimal_second_moment, if no body is cut, kg m^2",
-    },
+    Quantity::new("undivided_mass", "as minimal_mass, if no body is cut, kg"),
+    Quantity::new("undivided_first_moment", "as minimal_first_moment, if no body is cut, kg m"),
+    Quantity::new("undivided_second_moment", "as minimal_second_moment, if no body is cut, kg m^2"),
 ];
 
 impl Inertias {
@@ -200,7 +194,7 @@ fn inertia(
     let least = ROUNDING * second.amax();
     let of = |at| if f64::abs(second[at]) <= least { 0.0 } else { second[at] };
     let second = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(of);
-    let [mass_name, first_name, second_name] = *names;
+    let [mass_name, first_name, second_name] = names.clone();
     let mass = binder.fact(node, mass_name, moments.mass);
     let first_moment = binder.facts_of(node, first_name, AXES, moments.first.into());
     let second_moment = binder.facts_of(node, second_name, SYMMETRIC, second);

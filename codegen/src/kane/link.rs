@@ -21,13 +21,12 @@ use crate::source::JointId;
 use crate::symbolic::{Expr, Function};
 use crate::topology::{Node, NodeId};
 
-const OFFSET: Quantity =
-    Quantity { name: "offset", meaning: "origin of its frame in its parent's frame, m" };
+const OFFSET: Quantity = Quantity::new("offset", "origin of its frame in its parent's frame, m");
 
-const HINGE: Quantity = Quantity {
-    name: "hinge",
-    meaning: "cosine and sine of the angle about z from its parent's x axis to its hinge line",
-};
+const HINGE: Quantity = Quantity::new(
+    "hinge",
+    "cosine and sine of the angle about z from its parent's x axis to its hinge line",
+);
 
 /// A node, or a copy in a loop, with its hinge.
 pub struct Link {
@@ -145,7 +144,7 @@ impl Link {
     ) -> Vector {
         let meaning = "components of a direction in this body's frame";
         let components = self.frame.direction(flat);
-        binder.facts_of(self.node, Quantity { name, meaning }, AXES, components)
+        binder.facts_of(self.node, Quantity::new(name, meaning), AXES, components)
     }
 
     /// Returns the coordinates in the node's frame of a point drawn at `flat`, m. `name` is the name of
@@ -153,6 +152,6 @@ impl Link {
     pub fn point(&self, binder: &mut Binder, name: &'static str, flat: &Vector3<f64>) -> Vector {
         let meaning = "coordinates of a point in this body's frame, m";
         let coordinates = self.frame.coordinates(flat, binder.mechanism().size);
-        binder.facts_of(self.node, Quantity { name, meaning }, AXES, coordinates)
+        binder.facts_of(self.node, Quantity::new(name, meaning), AXES, coordinates)
     }
 }

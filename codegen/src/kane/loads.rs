@@ -51,10 +51,10 @@ pub struct WrenchNames {
     pub name: &'static str,
 }
 
-const HALF_AREA: Quantity = Quantity { name: "half_area", meaning: "half the area of a part, m^2" };
+const HALF_AREA: Quantity = Quantity::new("half_area", "half the area of a part, m^2");
 
 const FRICTION_RATE: Quantity =
-    Quantity { name: "friction_rate", meaning: "one over the speed of its friction, s/rad" };
+    Quantity::new("friction_rate", "one over the speed of its friction, s/rad");
 
 impl Loads {
     /// Derives the loads.

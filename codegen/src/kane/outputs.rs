@@ -50,7 +50,7 @@ impl<'a> Owner<'a> {
         meaning: &'static str,
         components: [f64; 3],
     ) -> Vector {
-        let quantity = Quantity { name, meaning };
+        let quantity = Quantity::new(name, meaning);
         binder.facts_about(self.subject, self.name, quantity, AXES, components)
     }
 }

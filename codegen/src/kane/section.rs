@@ -9,10 +9,12 @@
 //! alpha and a their velocity-product accelerations (at du/dt = 0), m mass, h first moment,
 //! S second moments, I rotational inertia, (f, n) wrench: force and moment about the origin.
 
+use serde::{Deserialize, Serialize};
+
 use crate::topology::{LoopId, NodeId};
 
 /// The place of an intermediate in the generated code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Section {
     /// The body or loop.
     pub subject: Subject,
@@ -21,7 +23,7 @@ pub struct Section {
 }
 
 /// The body or loop that an intermediate describes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Subject {
     /// The whole mechanism.
     Mechanism,
@@ -70,7 +72,7 @@ impl Subject {
 macro_rules! phases {
     ($($variant:ident, $title:literal, $equation:literal;)*) => {
         /// A phase of the derivation, in the order of the derivation.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         pub enum Phase {
             $(
                 #[doc = concat!($title, ": `", $equation, "`.")]

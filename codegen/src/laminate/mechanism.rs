@@ -3,11 +3,12 @@
 //! Flat state: all q = 0, every body as drawn, all frames parallel to the base frame. SI, radians.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::source::{BodyId, Expression, JointId, ParameterId, PointId, Span};
 
 /// Rigid bodies and the hinges between them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Mechanism {
     /// Name, an identifier.
     pub name: String,
@@ -43,7 +44,7 @@ pub struct Mechanism {
 
 /// Air, which resists plates by density drag v^2 / 2 per area, where v is the speed along the
 /// plate's normal.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Air {
     /// Density, kg/m^3.
     pub density: Expression,
@@ -52,7 +53,7 @@ pub struct Air {
 }
 
 /// A rigid body; all fixed bodies together are the ground.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Body {
     /// Its name.
     pub name: String,
@@ -73,7 +74,7 @@ pub struct Body {
 }
 
 /// A flat piece of one layer of the layup: a polygon with holes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sheet {
     /// Its material's name.
     pub material: String,
@@ -86,7 +87,7 @@ pub struct Sheet {
 }
 
 /// A part of a body's area.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfacePoint {
     /// Position in the flat state, m.
     pub at: Vector3<f64>,
@@ -95,7 +96,7 @@ pub struct SurfacePoint {
 }
 
 /// Mass, centre of mass and inertia of a rigid body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MassProperties {
     /// Mass, kg.
     pub mass: f64,
@@ -106,7 +107,7 @@ pub struct MassProperties {
 }
 
 /// A revolute hinge. q turns `bodies[1]` relative to `bodies[0]` about `direction` (right hand).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Joint {
     /// Its name.
     pub name: String,
@@ -144,7 +145,7 @@ pub struct Joint {
 }
 
 /// Coulomb's friction, smoothed: the torque is -torque tanh(u / speed).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Friction {
     /// Torque, N m.
     pub torque: Expression,
@@ -153,7 +154,7 @@ pub struct Friction {
 }
 
 /// A number that stays a symbol.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
     /// Its name.
     pub name: String,
@@ -164,7 +165,7 @@ pub struct Parameter {
 }
 
 /// An output point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Point {
     /// Its name.
     pub name: String,
@@ -175,7 +176,7 @@ pub struct Point {
 }
 
 /// A force at a point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Force {
     /// Its name.
     pub name: String,

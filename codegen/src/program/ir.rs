@@ -4,6 +4,9 @@
 //! of it ([`Interface`]). Each [`Function`] is a list of instructions in which every operand was
 //! defined earlier.
 
+use serde::{Deserialize, Serialize};
+
+use super::serial;
 use super::signature::FunctionKind;
 use crate::kane::{Fact, Section};
 use crate::source::ids::index;
@@ -15,7 +18,7 @@ index!(
 );
 
 /// An operation; operands are earlier values.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is the operation of its name")]
 pub enum Op {
     Const(f64),
@@ -44,7 +47,7 @@ pub enum Op {
 }
 
 /// An argument of a function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Slot {
     /// t, s.
     Time,
@@ -65,7 +68,7 @@ pub enum Slot {
 }
 
 /// What a [`Slot::Change`] is the rate of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Slot`")]
 pub enum Moving {
     Time,
@@ -76,7 +79,7 @@ pub enum Moving {
 }
 
 /// One instruction; its index in [`Function::instructions`] is its [`Value`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Instruction {
     /// The operation.
     pub op: Op,
@@ -87,7 +90,7 @@ pub struct Instruction {
 }
 
 /// A straight-line function.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Function {
     /// Which.
     pub kind: FunctionKind,
@@ -98,10 +101,11 @@ pub struct Function {
 }
 
 /// A named array a function writes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Output {
     /// The name in the function's signature.
-    pub name: &'static str,
+    #[serde(deserialize_with = "serial::name_of_an_output")]
+    pub name: OutputName,
     /// Number of rows.
     pub rows: usize,
     /// Number of columns.
@@ -110,8 +114,12 @@ pub struct Output {
     pub entries: Vec<Value>,
 }
 
+/// The name of an output. (For a field of the type `&str`, serde would want the text to live as long as the
+/// bytes that are read.)
+pub type OutputName = &'static str;
+
 /// Everything a backend needs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Program {
     /// Names, sizes, defaults.
     pub interface: Interface,
@@ -137,7 +145,7 @@ impl Program {
 }
 
 /// Interface of a mechanism for callers.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Interface {
     /// The model's name, an identifier in snake case.
     pub name: String,
@@ -172,7 +180,7 @@ pub struct Interface {
 }
 
 /// A joint, as a caller sees it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointInfo {
     /// Its name.
     pub name: String,
@@ -191,7 +199,7 @@ pub struct JointInfo {
 }
 
 /// A body, as a caller sees it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyInfo {
     /// Its name.
     pub name: String,
@@ -200,7 +208,7 @@ pub struct BodyInfo {
 }
 
 /// A parameter, as a caller sees it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterInfo {
     /// Its name.
     pub name: String,

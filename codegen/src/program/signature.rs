@@ -4,11 +4,13 @@
 //! its [`Interface`]. The lowering, the verifier, the interpreter, the backends and the reserved
 //! names of generated code all read this table; the facts stand nowhere else.
 
+use serde::{Deserialize, Serialize};
+
 use super::ir::{Interface, Moving, Slot};
 use super::shape::{Array, Shape, Size, array, vector};
 
 /// Which function of a compiled mechanism; [`signature`](Self::signature) says what it computes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "`SIGNATURES` documents each")]
 pub enum FunctionKind {
     Equations,

@@ -4,6 +4,7 @@
 mod like_terms;
 mod postconditions;
 mod sections;
+mod serial;
 mod times;
 
 use proptest::prelude::*;

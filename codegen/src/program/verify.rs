@@ -2,6 +2,8 @@
 
 use super::ir::{Function, Interface, Op, Program, Slot, Value};
 use super::signature::{FunctionKind, Role};
+use crate::kane::Subject;
+use crate::source::{is_identifier, is_keyword};
 
 /// A broken invariant of a program: a bug in a pass, never a user's mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,6 +26,15 @@ pub enum VerifyError {
     /// The functions are not one of each kind, in order.
     #[error("the functions are not one of each kind in order")]
     Functions,
+    /// An instruction or a fact belongs to a body or loop that does not exist.
+    #[error("{0:?} does not exist")]
+    Subject(Subject),
+    /// The interface contradicts itself.
+    #[error("there are more {0} than possible")]
+    Count(&'static str),
+    /// A name is no identifier, or a comment has several lines.
+    #[error("{0} cannot be written in generated code")]
+    Text(&'static str),
 }
 
 /// Checks a whole program.
@@ -31,10 +42,76 @@ pub enum VerifyError {
 /// # Errors
 /// The first broken invariant.
 pub fn verify(program: &Program) -> Result<(), VerifyError> {
-    if !program.functions.iter().map(|f| f.kind).eq(FunctionKind::ALL) {
+    let Program { interface, facts, functions } = program;
+    if !functions.iter().map(|f| f.kind).eq(FunctionKind::ALL) {
         return Err(VerifyError::Functions);
     }
-    program.functions.iter().try_for_each(|f| function(&program.interface, f))
+    counts(interface)?;
+    texts(program)?;
+    facts.iter().try_for_each(|fact| exists(interface, fact.subject))?;
+    functions.iter().try_for_each(|f| function(interface, f))
+}
+
+/// Checks the numbers that are not the lengths of lists.
+fn counts(interface: &Interface) -> Result<(), VerifyError> {
+    let (joints, residuals) = (interface.joints.len(), 9 * interface.loops.len());
+    let counts = [
+        ("closure rows", interface.rows, residuals),
+        ("independent equations", interface.rank, residuals),
+        ("degrees of freedom", interface.mobility, joints),
+    ];
+    match counts.into_iter().find(|(_, count, most)| count > most) {
+        Some((what, ..)) => Err(VerifyError::Count(what)),
+        None => Ok(()),
+    }
+}
+
+/// Checks names, which become identifiers of generated code, and texts, which become comments of one line.
+fn texts(program: &Program) -> Result<(), VerifyError> {
+    let Program { interface, facts, functions } = program;
+    let Interface { joints, bodies, nodes, points, parameters, inputs, cuts, .. } = interface;
+    let is_name = |name: &str| is_identifier(name) && !is_keyword(name);
+    // What `tunable` makes a parameter is called `stiffness.left`.
+    let is_path = |name: &str| name.split('.').all(is_name);
+    let is_line = |text: &str| !text.contains(char::is_control);
+    let lines = |texts: &[String]| texts.iter().all(|text| is_line(text));
+    let mut instructions = functions.iter().flat_map(|function| &function.instructions);
+    let quantities = facts.iter().filter_map(|fact| fact.quantity.as_ref());
+    let is_hash = |text: &str| text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let checks = [
+        ("the name of the model", is_name(&interface.name)),
+        ("the name of a joint", joints.iter().all(|joint| is_name(&joint.name))),
+        ("the name of a body", bodies.iter().all(|body| is_name(&body.name))),
+        ("the name of a body", joints.iter().flat_map(|j| &j.bodies).all(|name| is_line(name))),
+        ("the name of a node", nodes.iter().all(|name| is_identifier(name))),
+        ("the name of a point", points.iter().all(|name| is_name(name))),
+        ("the name of a parameter", parameters.iter().all(|it| is_path(&it.name))),
+        ("the name of an input", inputs.iter().all(|name| is_name(name))),
+        ("the name of a cut joint", cuts.iter().all(|name| is_identifier(name))),
+        ("the name of a value", instructions.all(|i| i.name.as_deref().is_none_or(is_identifier))),
+        ("the name of a fact", facts.iter().all(|fact| is_identifier(&fact.name))),
+        (
+            "a quantity",
+            quantities.clone().all(|it| is_identifier(&it.name) && is_line(&it.meaning)),
+        ),
+        ("the hash of the input", is_hash(&interface.source_hash)),
+        ("the text of a parameter", parameters.iter().all(|it| is_line(&it.doc))),
+        ("the text of a loop", lines(&interface.loops)),
+    ];
+    match checks.into_iter().find(|(_, is_right)| !is_right) {
+        Some((what, _)) => Err(VerifyError::Text(what)),
+        None => Ok(()),
+    }
+}
+
+/// Checks that a body or loop exists.
+fn exists(interface: &Interface, subject: Subject) -> Result<(), VerifyError> {
+    let exists = match subject {
+        Subject::Mechanism => true,
+        Subject::Body(node) => node.index() < interface.nodes.len(),
+        Subject::Loop(id) => id.index() < interface.loops.len(),
+    };
+    if exists { Ok(()) } else { Err(VerifyError::Subject(subject)) }
 }
 
 /// Checks one function.
@@ -45,6 +122,7 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
         if instruction.op.operands().any(|operand| operand >= value) {
             return Err(VerifyError::Order(kind, value));
         }
+        exists(interface, instruction.section.subject)?;
         if let Op::Load(slot) = instruction.op
             && !readable(interface, kind, slot)
         {

@@ -3,10 +3,12 @@
 use std::fmt;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::codes::Code;
 
 /// A half-open range of bytes in the source text.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Span {
     /// Index of the first byte.
     pub start: usize,
@@ -24,7 +26,7 @@ pub struct Spanned<T> {
 }
 
 /// The text a model was read from, under the name shown in diagnostics.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceFile {
     /// Path as the user gave it; `<stdin>` for standard input.
     pub path: String,
@@ -33,7 +35,7 @@ pub struct SourceFile {
 }
 
 /// Severity of a diagnostic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Severity {
     /// The mechanism cannot be compiled.
     Error,
@@ -44,7 +46,7 @@ pub enum Severity {
 }
 
 /// A message about the source text.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnostic {
     /// Error, warning or note.
     pub severity: Severity,
@@ -61,9 +63,29 @@ pub struct Diagnostic {
     /// How to correct the mistake.
     pub hint: Option<String>,
     /// The file that the positions are in, if it is not that of the model: a drawing.
+    #[serde(with = "shared")]
     pub file: Option<Arc<SourceFile>>,
     /// The points of a drawing that it is about, in the drawing's units.
     pub points: Vec<[f64; 2]>,
+}
+
+/// A file that diagnostics share, serialised as if it were not shared.
+mod shared {
+    use super::{Arc, Deserialize, SourceFile};
+    use serde::{Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(
+        file: &Option<Arc<SourceFile>>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        file.as_deref().serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Option<Arc<SourceFile>>, D::Error> {
+        Ok(Option::deserialize(from)?.map(Arc::new))
+    }
 }
 
 impl Diagnostic {
@@ -117,7 +139,7 @@ impl Diagnostic {
 }
 
 /// All diagnostics of one model, reported together.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {

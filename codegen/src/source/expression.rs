@@ -4,10 +4,12 @@
 
 use crate::arithmetic;
 
+use serde::{Deserialize, Serialize};
+
 use super::ids::{InputId, JointId, ParameterId};
 
 /// A scalar expression over numbers, parameters, inputs, time, coordinates and speeds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Expression {
     /// A number.
     Number(f64),
@@ -32,7 +34,7 @@ pub enum Expression {
 }
 
 /// Functions of one argument.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the names of the variants say what they are")]
 pub enum Unary {
     Neg,
@@ -55,7 +57,7 @@ pub enum Unary {
 }
 
 /// Powers and functions of two arguments.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the names of the variants say what they are")]
 pub enum Binary {
     Pow,
@@ -65,7 +67,7 @@ pub enum Binary {
 }
 
 /// The operators of chains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the names of the variants say what they are")]
 pub enum Operator {
     Add,

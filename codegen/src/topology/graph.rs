@@ -10,6 +10,7 @@
 use std::fmt;
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::laminate::Mechanism;
 use crate::source::ids::index;
@@ -26,7 +27,7 @@ index!(
 );
 
 /// A mechanism with its spanning tree and loops.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Topology {
     /// The mechanism.
     pub mechanism: Mechanism,
@@ -53,7 +54,7 @@ pub struct Topology {
 }
 
 /// An elimination of the dependent speeds, with the same pivots at every state.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Reduction {
     /// The joints whose speeds are independent, in order.
     pub independent: Vec<JointId>,
@@ -62,7 +63,7 @@ pub struct Reduction {
 }
 
 /// A closure row and the joint whose speed it determines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pivot {
     /// Number of the row among those of all loops.
     pub row: usize,
@@ -71,7 +72,7 @@ pub struct Pivot {
 }
 
 /// A body, or the ghost of a body, with its parent joint.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Node {
     /// Its parent joint.
     pub joint: JointId,
@@ -91,7 +92,7 @@ pub struct Node {
 }
 
 /// A loop: the ghost must coincide with the original.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Loop {
     /// The joint that closes it; each closes one loop.
     pub joint: JointId,
@@ -123,7 +124,7 @@ pub struct Loop {
 }
 
 /// One closure row: component `axis` (0 x, 1 y, 2 z of [`Loop::frame`]) of point `point` (0..3).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Row {
     /// Which of the three points.
     pub point: usize,
@@ -132,7 +133,7 @@ pub struct Row {
 }
 
 /// Class of a loop by its hinge lines.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LoopClass {
     /// All hinge lines parallel.
     Planar {

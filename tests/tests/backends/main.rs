@@ -13,4 +13,5 @@ mod machine_code;
 mod readable;
 mod reserved;
 mod selections;
+mod serialised;
 mod tables;

@@ -46,17 +46,24 @@ const FLOORS: [Floors; 5] = [
         folder: "codegen/src",
         entries: &[
             ("arithmetic", &[]),
+            ("sealed", &[]),
             ("source", &["arithmetic"]),
             ("laminate", &["arithmetic", "source"]),
             ("topology", &["arithmetic", "source", "laminate"]),
             ("symbolic", &[]),
             ("kane", &["source", "laminate", "topology", "symbolic"]),
             // What leaves the algebra is plain data, and its type lives in `symbolic`.
-            ("program", &["arithmetic", "source", "laminate", "topology", "symbolic", "kane"]),
+            (
+                "program",
+                &["arithmetic", "sealed", "source", "laminate", "topology", "symbolic", "kane"],
+            ),
             ("backend", &["source", "laminate", "topology", "symbolic", "kane", "program"]),
             (
                 "pipeline",
-                &["source", "laminate", "topology", "symbolic", "kane", "program", "backend"],
+                &[
+                    "sealed", "source", "laminate", "topology", "symbolic", "kane", "program",
+                    "backend",
+                ],
             ),
             ("files", &[]),
             ("config", &["source", "program", "backend", "pipeline", "files"]),
@@ -67,6 +74,7 @@ const FLOORS: [Floors; 5] = [
         folder: "workbench/src",
         entries: &[
             ("archive", &[]),
+            ("cache", &[]),
             ("cut", &[]),
             ("execution", &[]),
             ("reading", &[]),

@@ -12,10 +12,10 @@ use lamc_workbench::execution::Jit;
 
 use super::linear::linear;
 use super::start::warn_of_moves;
-use super::{Outcome, Size, load, output, warn};
+use super::{Derivation, Outcome, load, output, warn};
 
-pub fn run(model: &str, size: Size) -> Outcome {
-    let compiled = load(model, size)?;
+pub fn run(model: &str, derivation: Derivation) -> Outcome {
+    let compiled = load(model, derivation)?;
     warn_of_start(&compiled);
     output::print(&report(&compiled))
 }

@@ -12,7 +12,9 @@ use lamc_workbench::archive;
 
 use super::paths::Paths;
 use super::progress::Busy;
-use super::{Compile, Failed, Fmi, Outcome, Scalar, Size, fail, load_edited, misused, output};
+use super::{
+    Compile, Derivation, Failed, Fmi, Outcome, Scalar, Size, fail, load_edited, misused, output,
+};
 
 pub fn run(arguments: &Compile) -> Outcome {
     if !arguments.check {
@@ -42,8 +44,9 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
         _ => None,
     };
     let size = Size { max_hinges: arguments.max_hinges };
+    let derivation = Derivation { size, no_cache: arguments.no_cache };
     let functions = selection(arguments)?;
-    let mut compiled = load_edited(&arguments.model, size, |model| {
+    let mut compiled = load_edited(&arguments.model, derivation, |model| {
         arguments.cut.iter().try_for_each(|joint| model.cut(joint))
     })?;
     let real = match arguments.scalar {

@@ -16,7 +16,7 @@ use rand_distr::{Distribution, Normal};
 
 use super::curves::{self, Curve};
 use super::paths::Paths;
-use super::{Failed, Outcome, Size, fail, load, misused, output, read_numbers, warn};
+use super::{Derivation, Failed, Outcome, fail, load, misused, output, read_numbers, warn};
 
 /// An axis this far from the drawn one, rad, may as well be the opposite one of frames that are
 /// farther off.
@@ -56,7 +56,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 0, value_name = "NUMBER", requires = "synthesize")]
     seed: u64,
     #[command(flatten)]
-    size: Size,
+    derivation: Derivation,
 }
 
 fn angle(text: &str) -> Result<f64, String> {
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         None => paths.input("the quaternions", [&arguments.quaternions]),
     };
     paths.check()?;
-    let compiled = load(&arguments.model, arguments.size)?;
+    let compiled = load(&arguments.model, arguments.derivation)?;
     let mechanism = &compiled.topology.mechanism;
     let system = Interpreter::new(&compiled.program);
     if let Some(seconds) = arguments.synthesize {

@@ -40,6 +40,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
 use lamc::pipeline::{self, CompileError, Compiled, Stage};
 use lamc::source::{Diagnostics, EditError, MAX_HINGES, SourceFile, SourceModel, closest_name};
+use lamc_workbench::cache::Cache;
 use lamc_workbench::reading::MAX_TABLE_BYTES;
 
 use progress::Busy;
@@ -109,6 +110,9 @@ struct Compile {
     /// number
     #[arg(long, value_name = "NUMBER", default_value_t = MAX_HINGES)]
     max_hinges: usize,
+    /// Derive the equations anew, and keep them in no cache
+    #[arg(long)]
+    no_cache: bool,
 }
 
 /// How large a model may be.
@@ -118,6 +122,16 @@ struct Size {
     /// number
     #[arg(long, value_name = "NUMBER", default_value_t = MAX_HINGES)]
     max_hinges: usize,
+}
+
+/// How the equations of a model are derived.
+#[derive(Args, Clone, Copy)]
+struct Derivation {
+    #[command(flatten)]
+    size: Size,
+    /// Derive the equations anew, and keep them in no cache
+    #[arg(long)]
+    no_cache: bool,
 }
 
 #[derive(Clone, Copy, Default, ValueEnum)]
@@ -159,7 +173,7 @@ enum Command {
         /// The model
         model: String,
         #[command(flatten)]
-        size: Size,
+        derivation: Derivation,
     },
     /// Compare a model's equations with an independent formulation, and check energy and closure
     Verify(verify::Arguments),
@@ -218,7 +232,7 @@ pub fn run() -> ExitCode {
     }
     let cli = Cli::parse();
     let outcome = match (cli.command, cli.compile) {
-        (Some(Command::Check { model, size }), _) => check::run(&model, size),
+        (Some(Command::Check { model, derivation }), _) => check::run(&model, derivation),
         (Some(Command::Verify(arguments)), _) => verify::run(&arguments),
         (Some(Command::Eval(arguments)), _) => eval::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
@@ -303,29 +317,37 @@ fn read_numbers<T>(
 }
 
 /// Reads and compiles a model, reporting errors and warnings.
-fn load(path: &str, size: Size) -> Result<Compiled, Failed> {
-    load_edited(path, size, |_| Ok(()))
+fn load(path: &str, derivation: Derivation) -> Result<Compiled, Failed> {
+    load_edited(path, derivation, |_| Ok(()))
 }
 
 /// As [`load`], after a change of the model as read.
 fn load_edited(
     path: &str,
-    size: Size,
+    derivation: Derivation,
     edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
 ) -> Result<Compiled, Failed> {
     let file = read(path)?;
     let edit = |model: &mut SourceModel| {
-        model.max_hinges = size.max_hinges;
+        model.max_hinges = derivation.size.max_hinges;
         edit(model)
     };
     let busy = Busy::new(format!("reading {path}"));
-    let compiled = pipeline::compile_watched(&file, edit, |stage, joints| {
+    let enter = |stage, joints| {
         let doing = match stage {
             Stage::Topology => "finding the loops",
             Stage::Equations => "deriving the equations",
             Stage::Program => "writing the program",
         };
         busy.now(format!("{doing} of {joints} hinges"));
+    };
+    let compiled = pipeline::read(&file, edit).and_then(|read| {
+        let cache = if derivation.no_cache { None } else { Cache::of_user() };
+        let derived = match cache {
+            Some(cache) => cache.derived(&read, enter)?,
+            None => read.derive(enter)?,
+        };
+        Ok(read.compiled(derived))
     });
     drop(busy);
     match compiled {

@@ -16,7 +16,7 @@ use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 
 use super::progress::Busy;
-use super::{Failed, Size, fail, load_edited, misused, warn};
+use super::{Derivation, Failed, fail, load_edited, misused, warn};
 
 /// A joint that assembly moves from where it was asked to be by more than this is reported, rad.
 const FAR: f64 = 5.0 * PI / 180.0;
@@ -44,7 +44,7 @@ pub struct Start {
     #[arg(long, value_name = "JOINT=ANGLE")]
     lock: Vec<String>,
     #[command(flatten)]
-    size: Size,
+    derivation: Derivation,
 }
 
 impl Start {
@@ -70,7 +70,7 @@ impl Start {
         let locks = self.locks(released)?;
         let prescribed = self.input.iter().map(|setting| named(setting, INPUT));
         let prescribed = prescribed.collect::<Result<Vec<_>, _>>()?;
-        load_edited(&self.model, self.size, |model| {
+        load_edited(&self.model, self.derivation, |model| {
             change(model);
             let functions = prescribed.iter().filter(|(_, text)| read_quantity(text).is_none());
             functions.into_iter().try_for_each(|(name, text)| model.prescribe(name, text))?;

@@ -7,7 +7,7 @@ use lamc_workbench::verify::{Check, Remark, Settings, verify};
 use serde::Serialize;
 
 use super::progress::Busy;
-use super::{Outcome, Size, fail, load, misused, output};
+use super::{Derivation, Outcome, fail, load, misused, output};
 
 /// Options of `lamc verify`.
 #[derive(Args)]
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
-    size: Size,
+    derivation: Derivation,
 }
 
 /// A line of the JSON report.
@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if states == 0 {
         return Err(misused("--states must be at least 1"));
     }
-    let compiled = load(&arguments.model, arguments.size)?;
+    let compiled = load(&arguments.model, arguments.derivation)?;
     let busy = Busy::new("comparing");
     let checks = verify(&compiled, &Settings { states, seed, duration });
     drop(busy);

@@ -6,9 +6,11 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-/// The command.
+/// The command. What one test derives, others find in a cache below `target`; it is bound to this build of lamc.
 pub fn lamc() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_lamc"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lamc"));
+    command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+    command
 }
 
 /// What it answers to arguments.

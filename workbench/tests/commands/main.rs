@@ -1,6 +1,7 @@
 //! The command `lamc` as a user meets it, and what its commands are made of.
 
 mod broken;
+mod cache;
 mod common;
 #[allow(dead_code, reason = "a part of it serves here")]
 #[path = "../../../tests/src/compare.rs"]

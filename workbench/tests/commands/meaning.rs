@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use tempfile::TempDir;
 
@@ -30,7 +29,7 @@ impl Bench {
     }
 
     fn run(&self, command: &str) -> Answer {
-        let output = Command::new(env!("CARGO_BIN_EXE_lamc"))
+        let output = super::common::lamc()
             .args(command.split(' '))
             .current_dir(self.0.path())
             .output()

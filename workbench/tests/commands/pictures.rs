@@ -221,12 +221,12 @@ fn everything_is_in_the_picture() {
 }
 
 fn lamc(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lamc")).args(arguments).output().expect("lamc runs")
+    super::common::lamc().args(arguments).output().expect("lamc runs")
 }
 
 fn simulate(folder: &Path, arguments: &[&str]) -> Output {
     let model = example("sixbar.yaml").display().to_string();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lamc"));
+    let mut command = super::common::lamc();
     command.current_dir(folder).args(["simulate", &model]).args(arguments);
     command.output().expect("lamc runs")
 }

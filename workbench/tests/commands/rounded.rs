@@ -2,7 +2,7 @@
 
 use super::compare::largest;
 use std::fs;
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// A planar four-bar of our own, drawn along the axes, turned by an angle in degrees, in
 /// millimetres with so many decimals.
@@ -39,7 +39,7 @@ fn lamc(command: &str, model: &str, more: &[&str]) -> Output {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("fourbar.yaml");
     fs::write(&path, model).unwrap();
-    let mut lamc = Command::new(env!("CARGO_BIN_EXE_lamc"));
+    let mut lamc = super::common::lamc();
     lamc.arg(command).arg(&path).args(more).output().unwrap()
 }
 

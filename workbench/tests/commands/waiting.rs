@@ -14,7 +14,7 @@ use super::common::{example, folder, lamc, run, text};
 fn two_processes_take_turns() {
     let start = || {
         let mut command = lamc();
-        command.args([&example("sixbar.yaml"), "-o", "-"]);
+        command.args([&example("sixbar.yaml"), "-o", "-", "--no-cache"]);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         command.spawn().unwrap_or_else(|error| panic!("{error}"))
     };
@@ -34,12 +34,13 @@ fn who_waits_says_for_whom() {
     let home = env::home_dir().map(|home| home.join(".cache").join("lamc"));
     let lock = home.unwrap_or_else(env::temp_dir).join("symbolic.lock");
     // The folder is there once a process has had its turn.
-    assert_eq!(run(&["check", &example("pendulum.yaml")]).status.code(), Some(0));
+    let check = ["check", &example("pendulum.yaml"), "--no-cache"];
+    assert_eq!(run(&check).status.code(), Some(0));
     let mut file = File::options().read(true).write(true).open(&lock).unwrap();
     file.lock().unwrap();
     file.set_len(0).and_then(|()| file.rewind()).and_then(|()| write!(file, "4711")).unwrap();
     let mut waiting = lamc();
-    waiting.args(["check", &example("pendulum.yaml")]).stdout(Stdio::null()).stderr(Stdio::piped());
+    waiting.args(check).stdout(Stdio::null()).stderr(Stdio::piped());
     let waiting = waiting.spawn().unwrap();
     thread::sleep(Duration::from_millis(2500));
     drop(file);

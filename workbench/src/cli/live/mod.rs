@@ -20,7 +20,7 @@ use lamc::source::SourceFile;
 use tiny_http::Server;
 
 use self::board::Board;
-use super::{Outcome, Size, fail, misused, output, read};
+use super::{Derivation, Outcome, fail, misused, output, read};
 
 /// Interval at which the file is checked.
 const LOOK: Duration = Duration::from_millis(30);
@@ -40,7 +40,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 100.0, value_name = "HERTZ")]
     rate: f64,
     #[command(flatten)]
-    size: Size,
+    derivation: Derivation,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {

@@ -6,6 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::super::Derivation;
 use super::Arguments;
 use super::board::{Board, Wish};
 
@@ -21,7 +22,7 @@ pub struct Simulation {
     model: String,
     duration: f64,
     rate: f64,
-    max_hinges: usize,
+    derivation: Derivation,
 }
 
 impl Simulation {
@@ -32,7 +33,7 @@ impl Simulation {
             model: arguments.model.clone(),
             duration: arguments.duration,
             rate: arguments.rate,
-            max_hinges: arguments.size.max_hinges,
+            derivation: arguments.derivation,
         })
     }
 
@@ -57,7 +58,8 @@ impl Simulation {
         command.args(["simulate", "--view", "-"]);
         command.arg(format!("--duration={}", self.duration));
         command.arg(format!("--rate={}", self.rate));
-        command.arg(format!("--max-hinges={}", self.max_hinges));
+        command.arg(format!("--max-hinges={}", self.derivation.size.max_hinges));
+        command.args(self.derivation.no_cache.then_some("--no-cache"));
         for settings in wish.settings.iter() {
             for (name, value) in &settings.parameters {
                 command.arg(format!("--set={name}={value:?}"));
