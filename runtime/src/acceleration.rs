@@ -18,6 +18,7 @@
 
 use crate::closure_rows::{Decided, Rows};
 use crate::constants::{NOISE_OF_ACCELERATION, SAFE_CONDITIONING};
+use crate::decomposition::Decomposition;
 use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
 use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut, Margin};
@@ -228,7 +229,7 @@ fn general<Y: Mechanism>(
         let mut rows = Rows { mass, jacobian, gamma, weighted, scratch, rhs, push };
         let found = match rows.direct(out)? {
             Some(constraint) => (constraint, None),
-            None => rows.general(gap, out)?,
+            None => rows.general(Decomposition::of(system), gap, out)?,
         };
         if let Some(lambda) = lambda {
             rows.multipliers(gap, lambda)?;

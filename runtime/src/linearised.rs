@@ -2,7 +2,8 @@
 //! inputs: see [`jacobian`](crate::jacobian()).
 
 use crate::acceleration::{blame, not_finite, write};
-use crate::closure_rows::{independent, straighten, weigh};
+use crate::closure_rows::weigh;
+use crate::decomposition::Decomposition;
 use crate::linear::{add_scaled, backward, dot, factor, forward, normalise, times_lower};
 use crate::plumbing::{Balance, Drive, EquationsMut};
 use crate::rank::{Fading, Gap};
@@ -90,11 +91,12 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
             self.turn[i * m + i] = Y::Scalar::ONE;
         }
         if m > 0 {
-            let kept = independent(self.rows, self.turn, [m, n], gap)?;
+            let decomposition = Decomposition::of(self.system);
+            let kept = decomposition.independent_units(self.rows, self.turn, [m, n], gap)?;
             let k = kept.rank;
             let (rows, turn) = (&mut self.rows[..k * n], &mut self.turn[..k * m]);
             weigh(self.mass, rows, n);
-            straighten(rows, turn, [k, n])?;
+            decomposition.orthogonalise(rows, turn, [k, n])?;
             normalise(rows, turn, n);
             let fading = Fading::of_rounding();
             self.rank = k;

@@ -12,21 +12,11 @@
 //! the cut between those that count and those that do not, the decision on the rank is the same.
 
 use super::{Kept, add_scaled, dot, rows_of_mut};
-use crate::constants::NEGLIGIBLE_EPSILONS;
+use crate::constants::{CLEAR_FACTOR, NEGLIGIBLE_EPSILONS, ORTHOGONAL_PASSES, PARTS_OF_SUM};
 use crate::{Error, Scalar};
-
-/// Values this many times larger than the cut, or smaller, are on their side of it without doubt: a diagonal of R may
-/// differ from the singular value by the square root of the number of rows, and hardly ever does by more than ten.
-const CLEAR: f64 = 100.0;
-
-/// Passes over all pairs of rows: two are enough (W. Kahan, in B. N. Parlett, "The Symmetric Eigenvalue Problem", 6-9).
-const PASSES: usize = 2;
 
 /// Columns that are changed at a time: their sums stay in registers.
 const BLOCK: usize = 16;
-
-/// Sums of a product that are kept side by side.
-const LANES: usize = 8;
 
 /// Orthogonal rows that span those of `a` (m x n), in its place, and the rows of `b` (m x any but 0) that belong to
 /// them. The lengths of the rows follow the singular values.
@@ -39,7 +29,7 @@ pub(crate) fn clearly_independent<S: Scalar>(
     [m, n]: [usize; 2],
     cut: S,
 ) -> Result<Option<Kept<S>>, Error> {
-    let clear = S::from_f64(CLEAR);
+    let clear = S::from_f64(CLEAR_FACTOR);
     let Reduced { rank, first, next } = reduce_longest(a, b, [m, n], cut * clear)?;
     // Written so that NaN is not clear.
     if rank == 0 || !(next * clear <= cut * first) {
@@ -58,16 +48,16 @@ pub(crate) fn clearly_independent<S: Scalar>(
 /// number of columns but 0) with them.
 pub(crate) fn orthogonalise_independent<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
     let width = b.len() / (a.len() / n.max(1)).max(1);
-    for _ in 0..PASSES {
+    for _ in 0..ORTHOGONAL_PASSES {
         let (mut rest, mut rest_b) = (&mut *a, &mut *b);
         while let (Some((row, later)), Some((row_b, later_b))) =
             (rest.split_at_mut_checked(n.max(1)), rest_b.split_at_mut_checked(width.max(1)))
         {
-            let scale = -S::ONE / dot_in_lanes(row, row);
+            let scale = -S::ONE / dot_in_parts(row, row);
             let others =
                 later.chunks_exact_mut(n.max(1)).zip(later_b.chunks_exact_mut(width.max(1)));
             for (other, other_b) in others {
-                let share = scale * dot_in_lanes(other, row);
+                let share = scale * dot_in_parts(other, row);
                 add_scaled(other, share, row);
                 add_scaled(other_b, share, row_b);
             }
@@ -77,9 +67,9 @@ pub(crate) fn orthogonalise_independent<S: Scalar>(a: &mut [S], b: &mut [S], n: 
 }
 
 /// a . b by several sums side by side, which do not wait for each other.
-fn dot_in_lanes<S: Scalar>(a: &[S], b: &[S]) -> S {
-    let mut sums = [S::ZERO; LANES];
-    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
+    let mut sums = [S::ZERO; PARTS_OF_SUM];
+    let (a, b) = (a.chunks_exact(PARTS_OF_SUM), b.chunks_exact(PARTS_OF_SUM));
     let rest = dot(a.remainder(), b.remainder());
     for (a, b) in a.zip(b) {
         for (sum, (&a, &b)) in sums.iter_mut().zip(a.iter().zip(b)) {
@@ -118,16 +108,25 @@ fn reduce_longest<S: Scalar>(
         if !(length > least * first && length > rounding) {
             return Ok(Reduced { rank: done, first, next: length });
         }
-        let alpha = if a[j] > S::ZERO { -length } else { length };
+        let given = a.len();
+        let head = a.get_mut(j).ok_or(Error::Length { expected: n, given })?;
+        let alpha = if *head > S::ZERO { -length } else { length };
         // v = column - alpha e_1, kept in the column; H = 1 - v v^T / (alpha (alpha - head)).
-        let scale = S::ONE / (alpha * (alpha - a[j]));
-        a[j] -= alpha;
+        let scale = S::ONE / (alpha * (alpha - *head));
+        *head -= alpha;
         reflect_others(a, n, j, scale);
-        reflect(b, width, (&*a, n, j), scale);
-        a.iter_mut().skip(j).step_by(n).for_each(|entry| *entry = S::ZERO);
-        a[j] = alpha;
+        reflect(b, width, column(a, n, j), scale);
+        for row in a.chunks_exact_mut(n.max(1)) {
+            row.get_mut(j).into_iter().for_each(|entry| *entry = S::ZERO);
+        }
+        a.get_mut(j).into_iter().for_each(|head| *head = alpha);
     }
     Ok(Reduced { rank: m.min(n), first: first.unwrap_or(S::ZERO), next: S::ZERO })
+}
+
+/// Column j of n.
+fn column<S>(a: &[S], n: usize, j: usize) -> impl Iterator<Item = &S> + Clone {
+    a.chunks_exact(n.max(1)).filter_map(move |row| row.get(j))
 }
 
 /// The longest of n columns, and its length.
@@ -135,8 +134,8 @@ fn longest_column<S: Scalar>(a: &[S], n: usize) -> (usize, S) {
     let (mut longest, mut most) = (0, -S::ONE);
     for start in (0..n).step_by(BLOCK) {
         let mut squares = [S::ZERO; BLOCK];
-        for row in a.chunks_exact(n) {
-            for (square, &x) in squares.iter_mut().zip(&row[start..]) {
+        for row in a.chunks_exact(n.max(1)) {
+            for (square, &x) in squares.iter_mut().zip(from(row, start)) {
                 *square += x * x;
             }
         }
@@ -154,46 +153,50 @@ fn longest_column<S: Scalar>(a: &[S], n: usize) -> (usize, S) {
 fn reflect_others<S: Scalar>(a: &mut [S], n: usize, j: usize, scale: S) {
     for start in (0..n).step_by(BLOCK) {
         let mut sums = [S::ZERO; BLOCK];
-        for row in a.chunks_exact(n) {
-            let v = scale * row[j];
-            if v == S::ZERO {
-                continue;
-            }
-            for (sum, &x) in sums.iter_mut().zip(&row[start..]) {
+        for row in a.chunks_exact(n.max(1)) {
+            let Some(&v) = row.get(j).filter(|&&v| v != S::ZERO) else { continue };
+            let v = scale * v;
+            for (sum, &x) in sums.iter_mut().zip(from(row, start)) {
                 *sum += v * x;
             }
         }
         if let Some(sum) = j.checked_sub(start).and_then(|j| sums.get_mut(j)) {
             *sum = S::ZERO;
         }
-        for row in a.chunks_exact_mut(n) {
-            let v = row[j];
-            if v == S::ZERO {
-                continue;
-            }
-            for (x, &sum) in row[start..].iter_mut().zip(&sums) {
+        for row in a.chunks_exact_mut(n.max(1)) {
+            let Some(&v) = row.get(j).filter(|&&v| v != S::ZERO) else { continue };
+            for (x, &sum) in row.get_mut(start..).into_iter().flatten().zip(&sums) {
                 *x -= v * sum;
             }
         }
     }
 }
 
-/// Reflects the columns of `b` by the vector in column j of another matrix of n columns.
-fn reflect<S: Scalar>(b: &mut [S], width: usize, (a, n, j): (&[S], usize, usize), scale: S) {
-    let vector = || a.chunks_exact(n).filter_map(|row| row.get(j));
+/// Reflects the columns of `b` by the vector with these entries.
+fn reflect<'a, S: Scalar>(
+    b: &mut [S],
+    width: usize,
+    vector: impl Iterator<Item = &'a S> + Clone,
+    scale: S,
+) {
     for start in (0..width).step_by(BLOCK) {
         let mut sums = [S::ZERO; BLOCK];
-        for (row, &v) in b.chunks_exact(width).zip(vector()) {
-            for (sum, &x) in sums.iter_mut().zip(&row[start..]) {
+        for (row, &v) in b.chunks_exact(width.max(1)).zip(vector.clone()) {
+            for (sum, &x) in sums.iter_mut().zip(from(row, start)) {
                 *sum += scale * v * x;
             }
         }
-        for (row, &v) in b.chunks_exact_mut(width).zip(vector()) {
-            for (x, &sum) in row[start..].iter_mut().zip(&sums) {
+        for (row, &v) in b.chunks_exact_mut(width.max(1)).zip(vector.clone()) {
+            for (x, &sum) in row.get_mut(start..).into_iter().flatten().zip(&sums) {
                 *x -= v * sum;
             }
         }
     }
+}
+
+/// The entries of a row from a column on.
+fn from<S>(row: &[S], start: usize) -> &[S] {
+    row.get(start..).unwrap_or_default()
 }
 
 #[cfg(test)]
