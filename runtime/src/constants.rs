@@ -97,6 +97,9 @@ constants! {
     /// There they cost no more than the factorisations that avoid them.
     FEW_SPEEDS: usize = 12;
 
+    /// Residuals of a loop, of which six are independent at most.
+    RESIDUALS_OF_LOOP: usize = 9;
+
     /// Without singular values, a direction counts or not if it is this many times above or below the cut.
     ///
     /// A diagonal of R may differ from the singular value by the square root of the number of rows, and

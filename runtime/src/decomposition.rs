@@ -5,10 +5,10 @@
 //! sweeps over all pairs of rows. Pivoted QR ([`clearly_independent`]) costs as much as one sweep, and is enough unless a
 //! value is near the cut between those that count and those that do not; then singular values decide as well.
 
-use crate::constants::FEW_SPEEDS;
+use crate::constants::{CLEAR_FACTOR, FEW_SPEEDS, RESIDUALS_OF_LOOP};
 use crate::linear::{
     Kept, clearly_independent, keep, normalise, orthogonalise, orthogonalise_independent, reduce,
-    rows_of_mut,
+    reduce_groups, rows_of_mut,
 };
 use crate::rank::Gap;
 use crate::{Error, Mechanism, Scalar};
@@ -57,8 +57,9 @@ impl Decomposition {
         keep(rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(rhs, width, 0..k)?, k, n, gap.cut())
     }
 
-    /// As [`independent`](Self::independent), of rows many of which are redundant.
-    pub fn independent_of_redundant<S: Scalar>(
+    /// As [`independent`](Self::independent), of the nine rows of each loop and a row of each driven joint. Within a loop
+    /// most are redundant.
+    pub fn independent_of_loops<S: Scalar>(
         self,
         jacobian: &mut [S],
         rhs: &mut [S],
@@ -68,7 +69,11 @@ impl Decomposition {
         let width = rhs.len() / m.max(1);
         let m = match self {
             Self::SingularValues => reduce(jacobian, rhs, m, n)?,
-            Self::PivotedQr => m,
+            Self::PivotedQr => {
+                // What is left out is far below the cut, also of all loops together.
+                let least = gap.cut() / S::from_f64(CLEAR_FACTOR * CLEAR_FACTOR);
+                reduce_groups(jacobian, rhs, [m, n], RESIDUALS_OF_LOOP, least)?
+            }
         };
         let (jacobian, rhs) = (rows_of_mut(jacobian, n, 0..m)?, rows_of_mut(rhs, width, 0..m)?);
         self.independent(jacobian, rhs, [m, n], gap)
@@ -128,7 +133,7 @@ mod tests {
         let mut rhs: Vec<f64> = b.iter().copied().collect();
         let mut x = vec![0.0; n];
         let gap = Gap::with_cut(cut);
-        let kept = decomposition.independent_of_redundant(&mut rows, &mut rhs, [m, n], gap);
+        let kept = decomposition.independent_of_loops(&mut rows, &mut rhs, [m, n], gap);
         let rank = kept.unwrap().rank;
         let what = format!("{decomposition:?}, {m} x {n}, {values:?}");
         assert_eq!(rank, values.iter().filter(|&&value| value > cut).count(), "{what}");

@@ -11,7 +11,7 @@
 //! to the singular value decomposition", 1999), and costs as much as one sweep of Jacobi's method. Where no value is near
 //! the cut between those that count and those that do not, the decision on the rank is the same.
 
-use super::{Kept, add_scaled, dot, rows_of_mut};
+use super::{Kept, add_scaled, dot, exchange, rows_of_mut};
 use crate::constants::{CLEAR_FACTOR, NEGLIGIBLE_EPSILONS, ORTHOGONAL_PASSES, PARTS_OF_SUM};
 use crate::{Error, Scalar};
 
@@ -42,6 +42,31 @@ pub(crate) fn clearly_independent<S: Scalar>(
     let largest = lengths.clone().fold(S::ZERO, |most, length| most.max(length));
     let least = lengths.fold(largest, |least, length| least.min(length));
     Ok(Some(Kept { rank, least: least / largest, dropped: next / first }))
+}
+
+/// Of each group of `a` (m x n) of so many rows, moves those to the front that are independent within it, and the rows of
+/// `b` (m x any) with them: their number. What of the others remains is no longer than `least` times the longest column
+/// of the group.
+pub(crate) fn reduce_groups<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    [m, n]: [usize; 2],
+    group: usize,
+    least: S,
+) -> Result<usize, Error> {
+    let width = b.len() / m.max(1);
+    let mut kept = 0;
+    for start in (0..m).step_by(group.max(1)) {
+        let end = m.min(start + group);
+        let (rows, rhs) = (rows_of_mut(a, n, start..end)?, rows_of_mut(b, width, start..end)?);
+        let rank = reduce_longest(rows, rhs, [end - start, n], least)?.rank;
+        for i in start..start + rank {
+            exchange(a, n, i, kept)?;
+            exchange(b, width, i, kept)?;
+            kept += 1;
+        }
+    }
+    Ok(kept)
 }
 
 /// Makes independent rows of `a` (of n columns) orthogonal, from the first to the last, and turns those of `b` (of any
@@ -99,29 +124,29 @@ fn reduce_longest<S: Scalar>(
 ) -> Result<Reduced<S>, Error> {
     let width = b.len() / m.max(1);
     let rounding = S::from_f64(NEGLIGIBLE_EPSILONS) * S::EPSILON * dot(a, a).sqrt();
-    let mut first = None;
+    let mut longest = Longest::of(a, n);
+    let first = longest.length();
     for done in 0..m.min(n) {
-        let (a, b) = (rows_of_mut(a, n, done..m)?, rows_of_mut(b, width, done..m)?);
-        let (j, length) = longest_column(a, n);
-        let first = *first.get_or_insert(length);
+        let (j, length) = (longest.column, longest.length());
         // Written so that NaN ends it.
         if !(length > least * first && length > rounding) {
             return Ok(Reduced { rank: done, first, next: length });
         }
+        let (a, b) = (rows_of_mut(a, n, done..m)?, rows_of_mut(b, width, done..m)?);
         let given = a.len();
         let head = a.get_mut(j).ok_or(Error::Length { expected: n, given })?;
         let alpha = if *head > S::ZERO { -length } else { length };
         // v = column - alpha e_1, kept in the column; H = 1 - v v^T / (alpha (alpha - head)).
         let scale = S::ONE / (alpha * (alpha - *head));
         *head -= alpha;
-        reflect_others(a, n, j, scale);
+        longest = reflect_others(a, n, j, scale);
         reflect(b, width, column(a, n, j), scale);
         for row in a.chunks_exact_mut(n.max(1)) {
             row.get_mut(j).into_iter().for_each(|entry| *entry = S::ZERO);
         }
         a.get_mut(j).into_iter().for_each(|head| *head = alpha);
     }
-    Ok(Reduced { rank: m.min(n), first: first.unwrap_or(S::ZERO), next: S::ZERO })
+    Ok(Reduced { rank: m.min(n), first, next: S::ZERO })
 }
 
 /// Column j of n.
@@ -129,47 +154,102 @@ fn column<S>(a: &[S], n: usize, j: usize) -> impl Iterator<Item = &S> + Clone {
     a.chunks_exact(n.max(1)).filter_map(move |row| row.get(j))
 }
 
-/// The longest of n columns, and its length.
-fn longest_column<S: Scalar>(a: &[S], n: usize) -> (usize, S) {
-    let (mut longest, mut most) = (0, -S::ONE);
-    for start in (0..n).step_by(BLOCK) {
-        let mut squares = [S::ZERO; BLOCK];
-        for row in a.chunks_exact(n.max(1)) {
-            for (square, &x) in squares.iter_mut().zip(from(row, start)) {
-                *square += x * x;
+/// The longest column so far.
+struct Longest<S> {
+    column: usize,
+    square: S,
+}
+
+impl<S: Scalar> Longest<S> {
+    const NONE: Self = Self { column: 0, square: S::ZERO };
+
+    /// Of the n columns of `a`.
+    fn of(a: &[S], n: usize) -> Self {
+        let mut longest = Self::NONE;
+        for start in (0..n).step_by(BLOCK) {
+            let mut squares = [S::ZERO; BLOCK];
+            for row in a.chunks_exact(n.max(1)) {
+                for (square, &x) in squares.iter_mut().zip(row.get(start..).unwrap_or_default()) {
+                    *square += x * x;
+                }
             }
+            longest.compare(start, &squares);
         }
-        for (j, &square) in squares.iter().enumerate().take(n - start) {
+        longest
+    }
+
+    /// With columns from `start` on.
+    fn compare(&mut self, start: usize, squares: &[S]) {
+        for (column, &square) in (start..).zip(squares) {
             // Written so that NaN is the longest.
-            if !(square <= most) {
-                (longest, most) = (start + j, square);
+            if !(square <= self.square) {
+                *self = Self { column, square };
             }
         }
     }
-    (longest, most.sqrt())
+
+    fn length(&self) -> S {
+        self.square.sqrt()
+    }
 }
 
-/// Reflects all of n columns but j, in which the vector of the reflection is.
-fn reflect_others<S: Scalar>(a: &mut [S], n: usize, j: usize, scale: S) {
-    for start in (0..n).step_by(BLOCK) {
-        let mut sums = [S::ZERO; BLOCK];
-        for row in a.chunks_exact(n.max(1)) {
-            let Some(&v) = row.get(j).filter(|&&v| v != S::ZERO) else { continue };
+/// Reflects all of n columns but j, in which the vector of the reflection is; the longest of these without the first row.
+fn reflect_others<S: Scalar>(a: &mut [S], n: usize, j: usize, scale: S) -> Longest<S> {
+    let (mut start, mut longest) = (0, Longest::NONE);
+    while start < n {
+        start += match n - start {
+            BLOCK.. => reflect_block::<S, BLOCK>(a, n, [j, start], scale, &mut longest),
+            4.. => reflect_block::<S, 4>(a, n, [j, start], scale, &mut longest),
+            _ => reflect_block::<S, 1>(a, n, [j, start], scale, &mut longest),
+        };
+    }
+    longest
+}
+
+/// As [`reflect_others`], W columns from `start` on; returns W.
+fn reflect_block<S: Scalar, const W: usize>(
+    a: &mut [S],
+    n: usize,
+    [j, start]: [usize; 2],
+    scale: S,
+    longest: &mut Longest<S>,
+) -> usize {
+    let mut sums = [S::ZERO; W];
+    for row in a.chunks_exact(n.max(1)) {
+        let block = row.get(start..).and_then(<[S]>::first_chunk::<W>);
+        if let (Some(&v), Some(block)) = (row.get(j), block)
+            && v != S::ZERO
+        {
             let v = scale * v;
-            for (sum, &x) in sums.iter_mut().zip(from(row, start)) {
+            for (sum, &x) in sums.iter_mut().zip(block) {
                 *sum += v * x;
             }
         }
-        if let Some(sum) = j.checked_sub(start).and_then(|j| sums.get_mut(j)) {
-            *sum = S::ZERO;
+    }
+    let own = j.checked_sub(start);
+    if let Some(sum) = own.and_then(|own| sums.get_mut(own)) {
+        *sum = S::ZERO;
+    }
+    let mut squares = [S::ZERO; W];
+    for (i, row) in a.chunks_exact_mut(n.max(1)).enumerate() {
+        let v = row.get(j).copied().unwrap_or(S::ZERO);
+        let Some(block) = row.get_mut(start..).and_then(<[S]>::first_chunk_mut::<W>) else {
+            continue;
+        };
+        for (x, &sum) in block.iter_mut().zip(&sums) {
+            *x -= v * sum;
         }
-        for row in a.chunks_exact_mut(n.max(1)) {
-            let Some(&v) = row.get(j).filter(|&&v| v != S::ZERO) else { continue };
-            for (x, &sum) in row.get_mut(start..).into_iter().flatten().zip(&sums) {
-                *x -= v * sum;
+        if i > 0 {
+            for (square, &x) in squares.iter_mut().zip(&*block) {
+                *square += x * x;
             }
         }
     }
+    if let Some(square) = own.and_then(|own| squares.get_mut(own)) {
+        *square = S::ZERO;
+    }
+    longest.compare(start, &squares);
+    W
 }
 
 /// Reflects the columns of `b` by the vector with these entries.
@@ -182,21 +262,16 @@ fn reflect<'a, S: Scalar>(
     for start in (0..width).step_by(BLOCK) {
         let mut sums = [S::ZERO; BLOCK];
         for (row, &v) in b.chunks_exact(width.max(1)).zip(vector.clone()) {
-            for (sum, &x) in sums.iter_mut().zip(from(row, start)) {
+            for (sum, &x) in sums.iter_mut().zip(row.get(start..).unwrap_or_default()) {
                 *sum += scale * v * x;
             }
         }
         for (row, &v) in b.chunks_exact_mut(width.max(1)).zip(vector.clone()) {
-            for (x, &sum) in row.get_mut(start..).into_iter().flatten().zip(&sums) {
+            for (x, &sum) in row.get_mut(start..).unwrap_or_default().iter_mut().zip(&sums) {
                 *x -= v * sum;
             }
         }
     }
-}
-
-/// The entries of a row from a column on.
-fn from<S>(row: &[S], start: usize) -> &[S] {
-    row.get(start..).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod uniform;
 
 pub(crate) use cholesky::{backward, conditioning, factor, forward, times_lower};
 pub(crate) use householder::{reflect, solve};
-pub(crate) use independent::{clearly_independent, orthogonalise_independent};
+pub(crate) use independent::{clearly_independent, orthogonalise_independent, reduce_groups};
 pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};
 
 use core::ops::Range;

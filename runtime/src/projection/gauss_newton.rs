@@ -134,9 +134,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         length: S,
     ) -> Result<usize, Error> {
         let (n, m) = (self.step.len(), self.residual.len());
-        // Nine rows per loop are redundant.
-        let kept =
-            decomposition.independent_of_redundant(self.jacobian, self.residual, [m, n], gap)?;
+        let kept = decomposition.independent_of_loops(self.jacobian, self.residual, [m, n], gap)?;
         let k = kept.rank;
         let (jacobian, residual) =
             (rows_of_mut(self.jacobian, n, 0..k)?, rows_of_mut(self.residual, 1, 0..k)?);
