@@ -3,8 +3,8 @@
 use crate::acceleration::safe;
 use crate::decomposition::Decomposition;
 use crate::linear::{
-    Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, keep,
-    orthogonalise, rows_of_mut, times_lower,
+    Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, forward_rows,
+    keep, orthogonalise, rows_of_mut, times_lower,
 };
 use crate::rank::{Fading, Gap};
 use crate::{Constraint, Error, Scalar};
@@ -14,9 +14,7 @@ pub(crate) type Decided<S> = (Constraint, Option<Kept<S>>);
 
 /// Rows of J become rows of J L^-T.
 pub(crate) fn weigh<S: Scalar>(l: &[S], rows: &mut [S], n: usize) {
-    for row in rows.chunks_exact_mut(n.max(1)) {
-        forward(l, row);
-    }
+    forward_rows(l, rows, n);
 }
 
 /// The closure equations J a = -gamma and room to solve them in.

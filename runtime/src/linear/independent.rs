@@ -37,7 +37,7 @@ pub(crate) fn clearly_independent<S: Scalar>(
     }
     let width = b.len() / m.max(1);
     let (a, b) = (rows_of_mut(a, n, 0..rank)?, rows_of_mut(b, width, 0..rank)?);
-    orthogonalise_independent(a, b, n);
+    take_out(a, b, n);
     let lengths = a.chunks_exact(n.max(1)).map(|row| dot(row, row).sqrt());
     let largest = lengths.clone().fold(S::ZERO, |most, length| most.max(length));
     let least = lengths.fold(largest, |least, length| least.min(length));
@@ -72,22 +72,26 @@ pub(crate) fn reduce_groups<S: Scalar>(
 /// Makes independent rows of `a` (of n columns) orthogonal, from the first to the last, and turns those of `b` (of any
 /// number of columns but 0) with them.
 pub(crate) fn orthogonalise_independent<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
-    let width = b.len() / (a.len() / n.max(1)).max(1);
     for _ in 0..ORTHOGONAL_PASSES {
-        let (mut rest, mut rest_b) = (&mut *a, &mut *b);
-        while let (Some((row, later)), Some((row_b, later_b))) =
-            (rest.split_at_mut_checked(n.max(1)), rest_b.split_at_mut_checked(width.max(1)))
-        {
-            let scale = -S::ONE / dot_in_parts(row, row);
-            let others =
-                later.chunks_exact_mut(n.max(1)).zip(later_b.chunks_exact_mut(width.max(1)));
-            for (other, other_b) in others {
-                let share = scale * dot_in_parts(other, row);
-                add_scaled(other, share, row);
-                add_scaled(other_b, share, row_b);
-            }
-            (rest, rest_b) = (later, later_b);
+        take_out(a, b, n);
+    }
+}
+
+/// Takes of each row of `a` (of n columns) what lies along those before it, and of `b` with them (modified Gram-Schmidt).
+fn take_out<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
+    let width = b.len() / (a.len() / n.max(1)).max(1);
+    let (mut rest, mut rest_b) = (a, b);
+    while let (Some((row, later)), Some((row_b, later_b))) =
+        (rest.split_at_mut_checked(n.max(1)), rest_b.split_at_mut_checked(width.max(1)))
+    {
+        let scale = -S::ONE / dot_in_parts(row, row);
+        let others = later.chunks_exact_mut(n.max(1)).zip(later_b.chunks_exact_mut(width.max(1)));
+        for (other, other_b) in others {
+            let share = scale * dot_in_parts(other, row);
+            add_scaled(other, share, row);
+            add_scaled(other_b, share, row_b);
         }
+        (rest, rest_b) = (later, later_b);
     }
 }
 
@@ -101,7 +105,14 @@ fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
             *sum += a * b;
         }
     }
-    sums.iter().fold(rest, |all, &sum| all + sum)
+    let mut half = PARTS_OF_SUM / 2;
+    while half > 0 {
+        for k in 0..half {
+            sums[k] = sums[k] + sums[k + half];
+        }
+        half /= 2;
+    }
+    rest + sums[0]
 }
 
 /// Result of [`reduce_longest`].

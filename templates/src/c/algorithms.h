@@ -47,6 +47,7 @@ PRIVATE void combine_rows(const real *rows, const real *b, int k, real *x, int n
 
 /* independent.c */
 PRIVATE struct kept find_independent(real *a, real *b, int m, real cut);
+PRIVATE struct kept find_independent_of_loops(real *a, real *b, int m, real cut);
 PRIVATE void straighten_independent(real *a, real *b, int k);
 
 /* rank.c */

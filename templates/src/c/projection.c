@@ -59,11 +59,7 @@ static void set_step(struct constraints *constraints, real gap, real length_of_v
 {
     real *jacobian = constraints->jacobian, *residual = constraints->residual;
     real largest = 0;
-    int k = RESIDUALS;
-    /* Nine rows per loop are redundant. */
-    if (!(COORDINATES > FEW_SPEEDS))
-        k = reduce_rows(jacobian, residual, k, COORDINATES, 1);
-    k = find_independent(jacobian, residual, k, cut_of(gap)).rank;
+    const int k = find_independent_of_loops(jacobian, residual, RESIDUALS, cut_of(gap)).rank;
     for (int i = 0; i < k; i++)
         largest = larger(largest, length(jacobian + i * COORDINATES, COORDINATES));
     for (int i = 0; i < k; i++) {
