@@ -36,6 +36,14 @@ pub fn powi(base: f64, exponent: i32) -> f64 {
     if exponent < 0 { 1.0 / product } else { product }
 }
 
+/// Units in the last place within which two numbers are the same but for their rounding.
+const SAME: f64 = 4.0 * f64::EPSILON;
+
+/// Whether two numbers are the same but for their rounding.
+pub fn is_same(x: f64, y: f64) -> bool {
+    (x - y).abs() <= SAME * x.abs().max(y.abs())
+}
+
 /// The larger of two numbers; NaN if one of them is NaN.
 pub fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }

@@ -3,11 +3,12 @@
 //! Data flows one way, and each stage imports only the stages before it:
 //!
 //! ```text
-//! source -> laminate -> topology -> kane -> program -> backend
-//! (YAML)    (physics)   (tree+loops) (symbolic) (straight line)  (Rust)
+//! source -> laminate -> topology -> kane -> lowering -> program -> backend
+//! (YAML)    (physics)   (tree+loops) (symbolic)         (straight line)  (Rust)
 //! ```
 //!
-//! [`pipeline::compile`] names every stage in order.
+//! The module `pipeline` calls every stage in order. The feature `derive`, on by default, is what needs the symbolic
+//! engine.
 
 #![cfg_attr(
     test,
@@ -20,17 +21,23 @@ pub mod backend;
 #[allow(dead_code, reason = "a part of it serves here")]
 #[path = "../../tests/src/compare.rs"]
 mod compare;
+#[cfg(feature = "derive")]
 mod config;
 pub mod files;
+#[cfg(feature = "derive")]
 pub mod kane;
 pub mod laminate;
+#[cfg(feature = "derive")]
+pub mod lowering;
 pub mod pipeline;
 pub mod program;
 pub mod sealed;
 pub mod source;
+#[cfg(feature = "derive")]
 pub mod symbolic;
 pub mod topology;
 
+#[cfg(feature = "derive")]
 pub use config::{BuildError, Config, Precision};
 pub use source::Tunable;
 

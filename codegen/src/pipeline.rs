@@ -7,12 +7,16 @@ use crate::backend::c::{self, Real};
 use crate::backend::fmu::{self, Version};
 use crate::backend::python;
 use crate::backend::rust::{self, ScalarChoice};
+#[cfg(feature = "derive")]
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
+#[cfg(feature = "derive")]
+use crate::lowering;
 use crate::program::{self, Op, Program, ReadError};
 use crate::sealed::Format;
 use crate::source::codes;
 use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFile, SourceModel};
+#[cfg(feature = "derive")]
 use crate::symbolic::SessionError;
 use crate::topology::{self, Topology};
 
@@ -29,6 +33,7 @@ pub enum CompileError {
     #[error("the number {0:e} of the equations does not fit f32: use f64")]
     OutOfRange(f64),
     /// The symbolic engine could not be started.
+    #[cfg(feature = "derive")]
     #[error(transparent)]
     Session(#[from] SessionError),
 }
@@ -39,6 +44,7 @@ impl From<Diagnostics> for CompileError {
     }
 }
 
+#[cfg(feature = "derive")]
 impl From<DeriveError> for CompileError {
     fn from(error: DeriveError) -> Self {
         match error {
@@ -49,7 +55,7 @@ impl From<DeriveError> for CompileError {
 }
 
 /// A model compiled to a program, with the warnings of all stages.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Compiled {
     /// The mechanism with its tree and loops.
     pub topology: Topology,
@@ -78,6 +84,13 @@ pub struct Derived {
     warnings: Diagnostics,
 }
 
+/// [`Compiled`] as bytes. They are bound to [`RELEASE`], so that this version needs not be raised when a type
+/// changes.
+const COMPILED: Format = Format { name: *b"lamcmodl", version: 1 };
+
+/// The release of lamc.
+const RELEASE: &[u8] = env!("CARGO_PKG_VERSION").as_bytes();
+
 /// [`Derived`] as bytes. A cache is bound to one build of the compiler, so that this version needs not be raised
 /// when a type changes.
 const FORMAT: Format = Format { name: *b"lamcderi", version: 1 };
@@ -93,6 +106,7 @@ pub enum Stage {
     Program,
 }
 
+#[cfg(feature = "derive")]
 /// As [`compile`], after a change of the model that was read.
 ///
 /// # Errors
@@ -104,6 +118,7 @@ pub fn compile_edited(
     compile_watched(file, edit, |_, _| ())
 }
 
+#[cfg(feature = "derive")]
 /// As [`compile_edited`]; `enter` is called before each stage, with the stage and the number of
 /// joints.
 ///
@@ -147,6 +162,7 @@ impl Read<'_> {
         hash.finalize().into()
     }
 
+    #[cfg(feature = "derive")]
     /// Runs the stages from `laminate` to `program`; `enter` is called before each that takes long, with the number
     /// of joints.
     ///
@@ -162,7 +178,7 @@ impl Read<'_> {
         // The module says from which texts it was made.
         let drawing = self.model.drawing.as_ref().map_or("", |drawing| drawing.text.as_str());
         let text = self.file.text.clone() + drawing;
-        let program = program::lower(&equations, self.file.name(), &text);
+        let program = lowering::lower(&equations, self.file.name(), &text);
         Ok(Derived { topology: equations.topology, program, warnings })
     }
 
@@ -173,6 +189,24 @@ impl Read<'_> {
         let mut warnings = self.warnings;
         warnings.extend(found.0);
         Compiled { topology, program, numbers, warnings }
+    }
+}
+
+impl Compiled {
+    /// Returns the compiled model as bytes: what another process of the same release needs to run it, without the
+    /// algebra.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        COMPILED.write(self, RELEASE)
+    }
+
+    /// Reads what [`to_bytes`](Self::to_bytes) wrote. The program is verified.
+    ///
+    /// # Errors
+    /// Returns an error if the bytes are damaged or of another release.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadError> {
+        let compiled: Self = COMPILED.read(bytes, RELEASE)?;
+        program::verify(&compiled.program)?;
+        Ok(compiled)
     }
 }
 
@@ -193,6 +227,7 @@ impl Derived {
     }
 }
 
+#[cfg(feature = "derive")]
 /// Compiles a model to a program: every stage except the backend.
 ///
 /// # Errors

@@ -38,7 +38,7 @@ pub enum Unreadable {
         known: u32,
     },
     /// Their checksum is wrong: they are not as they were written, or were written for something else.
-    #[error("the file is damaged or incomplete: its checksum is wrong")]
+    #[error("the file is damaged, incomplete or of another release of lamc: its checksum is wrong")]
     Damaged,
     /// Their checksum is right, but they do not describe a value.
     #[error("the file was not written by lamc: its content does not fit the format")]

@@ -3,6 +3,7 @@
 //! the binary of this crate.
 
 pub mod archive;
+#[cfg(feature = "derive")]
 pub mod cache;
 #[cfg(test)]
 #[allow(dead_code, reason = "a part of it serves here")]
@@ -13,6 +14,7 @@ pub mod execution;
 pub mod export;
 pub mod folding;
 pub mod identify;
+pub mod linear;
 pub mod mocap;
 pub mod motion;
 pub mod page;

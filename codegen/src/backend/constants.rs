@@ -5,12 +5,12 @@
 //! several places. If the code uses it only once, a name would add nothing to the statement. The table
 //! holds magnitudes; the sign is written where the number is used.
 
+use crate::arithmetic::is_same;
+use crate::program::{Fact, Function, Op, Program, Quantity, Subject, Value};
 use std::collections::HashMap;
 
 use super::identifiers::Names;
 use super::naming::{Naming, users};
-use crate::kane::{Fact, Quantity, Subject};
-use crate::program::{Function, Op, Program, Value, is_same};
 
 /// Maximum number of letters in a name that joins the names of two facts.
 const LONGEST_PAIR: usize = 56;

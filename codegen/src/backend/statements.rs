@@ -5,13 +5,14 @@
 //! values that are used once, and products that only one sum uses. The remaining values have names from
 //! the derivation.
 
+use crate::program::{
+    Angle, Function, Op, Parts, Program, Section, Slot, Subject, Value, angles, is_read,
+};
 use std::collections::HashMap;
 
 use super::constants::Constants;
 use super::identifiers::Names;
 use super::naming::{Naming, Users, users};
-use crate::kane::{Section, Subject};
-use crate::program::{Angle, Function, Op, Parts, Program, Slot, Value, angles, is_read};
 
 /// Maximum number of operations in one expression.
 const LONGEST_EXPRESSION: usize = 10;

@@ -25,9 +25,9 @@ use super::inverse::Given;
 use super::kinematics::Kinematics;
 use super::link::Link;
 use super::loads::Loads;
-use super::section::{Phase, Section};
 use super::vector::{Tensor, Vector, add, cross, dot, scale, sub, zero};
 use super::wrench::{Wrench, accumulate};
+use crate::program::{Phase, Section};
 use crate::symbolic::Expr;
 use crate::topology::NodeId;
 

@@ -5,11 +5,10 @@
 //! statement with the name and the [`Section`] of the intermediate.
 
 use super::equations::{Binding, BindingId, Leaf};
-use super::fact::Fact;
-use super::section::{Phase, Section};
 use super::vector::{Tensor, Vector};
 use super::wrench::Wrench;
 use crate::laminate::Mechanism;
+use crate::program::{Fact, Phase, Section};
 use crate::source::codes::{self, Code};
 use crate::source::{Diagnostic, Diagnostics, InputId, JointId, ParameterId, Span};
 use crate::symbolic::{Algebra, Expr, Tree};

@@ -10,11 +10,11 @@
 //! cancels. The rows of J are components along directions that are fixed to the cut body: each side is
 //! written in its own copy of the frame, and both copies coincide if the loop is closed.
 
+use crate::program::{Phase, Section};
 use nalgebra::Vector3;
 
 use super::binder::Binder;
 use super::kinematics::{Kinematics, LoopKinematics, Side};
-use super::section::{Phase, Section};
 use super::vector::{Vector, cross, dot, sub, zero};
 use super::wrench::Wrench;
 use crate::source::JointId;

@@ -4,8 +4,8 @@ use super::binder::Binder;
 use super::inertia::Inertias;
 use super::kinematics::Kinematics;
 use super::loads::{Loads, Spring};
-use super::section::{Phase, Section};
 use super::vector::{add, apply, cross, dot, scale};
+use crate::program::{Phase, Section};
 use crate::symbolic::Expr;
 
 /// The energies of the tree.

@@ -1,13 +1,11 @@
 //! Kane's equations as bound symbolic expressions, in the order in which they were formed.
 
 use crate::laminate::Mechanism;
+use crate::program::{Fact, Section};
 use crate::source::ids::index;
 use crate::source::{InputId, JointId, ParameterId};
 use crate::symbolic::Tree;
 use crate::topology::Topology;
-
-use super::fact::Fact;
-use super::section::Section;
 
 index!(
     /// A bound intermediate of [`Equations`].

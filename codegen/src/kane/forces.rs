@@ -14,9 +14,9 @@
 use super::binder::Binder;
 use super::kinematics::Kinematics;
 use super::loads::Loads;
-use super::section::{Phase, Section};
 use super::vector::dot;
 use super::wrench::Wrench;
+use crate::program::{Phase, Section};
 use crate::symbolic::Expr;
 use crate::topology::NodeId;
 

@@ -4,8 +4,7 @@
 //! simplified into a formula with a different domain.
 
 use super::binder::Binder;
-use super::fact::Fact;
-use super::section::{Phase, Section, Subject};
+use crate::program::{Fact, Phase, Section, Subject};
 use crate::source::{Binary, Expression, Operator, Span, Unary};
 use crate::symbolic::{Expr, Function};
 

@@ -8,10 +8,11 @@
 //! (The minimal inertial parameters of M. Gautier and W. Khalil, "Direct calculation of minimum set of
 //! inertial parameters of serial robots", 1990.)
 
+use crate::program::Quantity;
 use nalgebra::{Matrix3, Vector3};
 
 use super::binder::Binder;
-use super::fact::{AXES, Quantity, SYMMETRIC};
+use super::facts::{AXES, SYMMETRIC};
 use super::frame::Frames;
 use super::vector::{Tensor, Vector, add, apply, cross, scale};
 use super::wrench::Wrench;

@@ -12,6 +12,7 @@
 //! 1980), so the cost grows as N. The derivatives of these residuals are the derivatives of the
 //! equations of motion.
 
+use crate::program::{Phase, Section};
 use std::collections::BTreeMap;
 
 use super::binder::Binder;
@@ -23,7 +24,6 @@ use super::kinematics::{Kinematics, Subtree};
 use super::link::Link;
 use super::loads::{Loads, WrenchNames};
 use super::motion::Motion;
-use super::section::{Phase, Section};
 use super::vector::{Vector, cross, dot, sub};
 use super::wrench::Wrench;
 use crate::source::JointId;

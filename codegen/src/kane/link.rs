@@ -8,12 +8,12 @@
 //! down(x) = R^T x        up(x) = R x        carried wrench: f_parent = R f, n_parent = R n + r x f_parent
 //! ```
 
+use crate::program::{Phase, Quantity, Section};
 use nalgebra::Vector3;
 
 use super::binder::Binder;
-use super::fact::{AXES, Quantity};
+use super::facts::AXES;
 use super::frame::{Frame, Frames};
-use super::section::{Phase, Section};
 use super::turn::Turn;
 use super::vector::{Vector, add, cross};
 use super::wrench::Wrench;

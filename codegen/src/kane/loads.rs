@@ -1,15 +1,15 @@
 //! Phase 3, loads: gravity, applied forces, air drag and joint torques, and the bias force of every
 //! body, which is the sum of these forces and of its inertia force at du/dt = 0.
 
+use crate::program::{Phase, Quantity, Section};
 use nalgebra::Vector3;
 
 use super::binder::Binder;
-use super::fact::{AXES, Quantity};
+use super::facts::AXES;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
 use super::link::Link;
 use super::motion::Motion;
-use super::section::{Phase, Section};
 use super::vector::{Vector, cross, dot, scale, sub};
 use super::wrench::Wrench;
 use crate::laminate::Body;

@@ -16,9 +16,9 @@ use super::forces::along_hinge;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
 use super::link::Link;
-use super::section::{Phase, Section};
 use super::vector::{add, cross, dot, scale, twice_symmetric};
 use super::wrench::Wrench;
+use crate::program::{Phase, Section};
 use crate::symbolic::Expr;
 
 /// A tree is deep if the mean number of hinges from the ground to a node is greater than this.

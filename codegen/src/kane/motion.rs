@@ -14,8 +14,8 @@
 
 use super::binder::Binder;
 use super::link::Link;
-use super::section::Phase;
 use super::vector::{Vector, add, cross, dot, zero};
+use crate::program::Phase;
 use crate::symbolic::Expr;
 
 /// Motion of a node's frame relative to an ancestor, in the node's own components.

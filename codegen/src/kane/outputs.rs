@@ -1,11 +1,11 @@
 //! Phase 8, outputs: poses of the bodies, positions of the output points, angles of driven joints.
 
+use crate::program::{Quantity, Subject};
 use nalgebra::Vector3;
 
 use super::binder::Binder;
-use super::fact::{AXES, Quantity};
+use super::facts::AXES;
 use super::kinematics::{Kinematics, node_of};
-use super::section::Subject;
 use super::vector::Vector;
 use crate::source::BodyId;
 use crate::symbolic::Expr;

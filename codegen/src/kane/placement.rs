@@ -9,8 +9,8 @@
 
 use super::binder::Binder;
 use super::link::Link;
-use super::section::Phase;
 use super::vector::{Vector, add, zero};
+use crate::program::Phase;
 use crate::symbolic::Expr;
 
 /// Axes and origin of a node's frame relative to an ancestor, in the ancestor's components.

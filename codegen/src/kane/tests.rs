@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Equations, Leaf, Phase, Section, Subject, derive};
+use super::{Equations, Leaf, derive};
 use crate::laminate::{Body, Joint, MassProperties, Mechanism};
+use crate::program::{Phase, Section, Subject};
 use crate::source::{BodyId, Expression, JointId, Span};
 use crate::symbolic::{Function, Tree};
 use crate::topology::{Node, NodeId, Topology};

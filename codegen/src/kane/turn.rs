@@ -11,8 +11,8 @@
 
 use super::binder::Binder;
 use super::link::Link;
-use super::section::Phase;
 use super::vector::{Tensor, Vector};
+use crate::program::Phase;
 use crate::symbolic::Expr;
 
 /// Cosine and sine of the angle of a turn.

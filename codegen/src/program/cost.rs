@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::AddAssign;
 
 use super::ir::{Function, Instruction, Op, Value};
-use crate::kane::Subject;
+use super::section::Subject;
 
 /// How many operations of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

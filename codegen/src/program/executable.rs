@@ -101,6 +101,14 @@ impl<E: Engine> Executable<E> {
         Ok(())
     }
 
+    /// Sets all inputs, in the order of the model, SI.
+    ///
+    /// # Panics
+    /// If there is another number of inputs.
+    pub fn set_inputs(&mut self, values: &[f64]) {
+        self.inputs.copy_from_slice(values);
+    }
+
     /// Replaces the guess (rad) from which a joint starts.
     pub fn set_initial(&mut self, joint: usize, angle: f64) {
         let joint = &mut self.interface.joints[joint];

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::serial;
 use super::signature::FunctionKind;
-use crate::kane::{Fact, Section};
+use super::{Fact, Section};
 use crate::source::ids::index;
 use crate::source::{InputId, JointId, ParameterId};
 

@@ -189,7 +189,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::program::tests::functions;
+    use crate::program::tests::random::functions;
 
     proptest! {
         /// Every value is found where a part looks for it, however the parts order what they do.

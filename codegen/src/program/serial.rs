@@ -3,7 +3,7 @@
 //!
 //! The bytes are [`sealed`](crate::sealed) as `lamcprog`, without context. Their value is [`Program`]: fields in the
 //! order of the types in `ir.rs`, enums by the number of the variant, indices as numbers, `f64` with all bits.
-//! Whoever changes one of these types, [`Phase`](crate::kane::Phase) or the table of signatures raises [`FORMAT_VERSION`];
+//! Whoever changes one of these types, [`Phase`](super::Phase) or the table of signatures raises [`FORMAT_VERSION`];
 //! a test compares it with the types.
 //!
 //! What was read has passed the [verifier](super::verify()), so that engines and backends can rely on it, whoever

@@ -1,5 +1,5 @@
 //! The program as text: one line per instruction, stable between runs, under the heading of its
-//! [`Section`](crate::kane::Section).
+//! [`Section`](super::Section).
 
 use std::fmt;
 

@@ -1,8 +1,8 @@
 //! The verifier: the invariants that every function must satisfy between passes.
 
 use super::ir::{Function, Interface, Op, Program, Slot, Value};
+use super::section::Subject;
 use super::signature::{FunctionKind, Role};
-use crate::kane::Subject;
 use crate::source::{is_identifier, is_keyword};
 
 /// A broken invariant of a program: a bug in a pass, never a user's mistake.
@@ -49,7 +49,7 @@ pub fn verify(program: &Program) -> Result<(), VerifyError> {
     counts(interface)?;
     texts(program)?;
     facts.iter().try_for_each(|fact| exists(interface, fact.subject))?;
-    functions.iter().try_for_each(|f| function(interface, f))
+    functions.iter().try_for_each(|f| verify_function(interface, f))
 }
 
 /// Checks the numbers that are not the lengths of lists.
@@ -115,7 +115,10 @@ fn exists(interface: &Interface, subject: Subject) -> Result<(), VerifyError> {
 }
 
 /// Checks one function.
-pub(super) fn function(interface: &Interface, function: &Function) -> Result<(), VerifyError> {
+///
+/// # Errors
+/// The first rule that does not hold.
+pub fn verify_function(interface: &Interface, function: &Function) -> Result<(), VerifyError> {
     let kind = function.kind;
     for (index, instruction) in function.instructions.iter().enumerate() {
         let value = Value(index);
@@ -159,8 +162,8 @@ fn readable(interface: &Interface, kind: FunctionKind, slot: Slot) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kane::{Phase, Section};
     use crate::program::{Instruction, JointInfo, Moving, Output, SIGNATURES};
+    use crate::program::{Phase, Section};
     use crate::source::JointId;
 
     /// Two joints, one loop with three closure rows.
@@ -191,7 +194,7 @@ mod tests {
     #[test]
     fn a_function_reads_what_its_signature_gives_it_and_what_there_is() {
         let interface = interface();
-        let check = |kind, slot| function(&interface, &reading(&interface, kind, slot));
+        let check = |kind, slot| verify_function(&interface, &reading(&interface, kind, slot));
         for kind in FunctionKind::ALL {
             for (slot, argument) in [
                 (Slot::Time, "t"),
@@ -220,26 +223,32 @@ mod tests {
             let slot =
                 if kind == FunctionKind::Drives { Slot::Time } else { Slot::Position(JointId(0)) };
             let right = reading(&interface, kind, slot);
-            assert_eq!(function(&interface, &right), Ok(()));
+            assert_eq!(verify_function(&interface, &right), Ok(()));
             let none = Function { outputs: Vec::new(), ..right.clone() };
-            assert_eq!(function(&interface, &none).is_ok(), signature.role != Role::Required);
+            assert_eq!(
+                verify_function(&interface, &none).is_ok(),
+                signature.role != Role::Required
+            );
             let mut more = right.clone();
             more.outputs.push(right.outputs[0].clone());
-            assert_eq!(function(&interface, &more), Err(VerifyError::Outputs(kind)));
+            assert_eq!(verify_function(&interface, &more), Err(VerifyError::Outputs(kind)));
             let mut renamed = right.clone();
             renamed.outputs[0].name = "another";
-            assert_eq!(function(&interface, &renamed), Err(VerifyError::Outputs(kind)));
+            assert_eq!(verify_function(&interface, &renamed), Err(VerifyError::Outputs(kind)));
             let name = right.outputs[0].name;
             let mut longer = right.clone();
             longer.outputs[0].entries.push(Value(0));
-            assert_eq!(function(&interface, &longer), Err(VerifyError::Shape(kind, name)));
+            assert_eq!(verify_function(&interface, &longer), Err(VerifyError::Shape(kind, name)));
             let mut wider = right.clone();
             wider.outputs[0].columns += 1;
-            assert_eq!(function(&interface, &wider), Err(VerifyError::Shape(kind, name)));
+            assert_eq!(verify_function(&interface, &wider), Err(VerifyError::Shape(kind, name)));
             let mut undefined = right;
             if let Some(entry) = undefined.outputs[0].entries.first_mut() {
                 *entry = Value(2);
-                assert_eq!(function(&interface, &undefined), Err(VerifyError::Output(kind, name)));
+                assert_eq!(
+                    verify_function(&interface, &undefined),
+                    Err(VerifyError::Output(kind, name))
+                );
             }
         }
     }

@@ -2,13 +2,15 @@
 
 use std::f64::consts::TAU;
 
+use serde::{Deserialize, Serialize};
+
 use super::units::{ANGLE, Dimension, SI, Unit, parse_unit, split_quantity};
 
 /// Relative tolerance for a full turn that is written with a few digits.
 const ROUNDED: f64 = 1e-3;
 
 /// The unit of angles that are written without a unit: a model's `units.angle`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AngleUnit(pub(super) Unit);
 
 impl Default for AngleUnit {

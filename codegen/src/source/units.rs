@@ -9,8 +9,10 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 /// Dimension of a quantity: exponents of kilogram, metre, second and radian.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dimension {
     mass: i32,
     length: i32,
@@ -130,7 +132,7 @@ quantities! {
 }
 
 /// A unit as a factor to SI: `mantissa * 10^exponent`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Unit {
     mantissa: f64,
     exponent: i32,

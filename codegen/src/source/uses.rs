@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::argument::AngleUnit;
 use super::expression::{Expression, Operator, Unary};
 use super::ids::{InputId, ParameterId};
@@ -16,7 +18,7 @@ use super::units::{
 };
 
 /// Units of numbers on a command line.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Numbers {
     /// Unit of angles without a unit.
     pub angle: AngleUnit,

@@ -38,6 +38,9 @@ impl Writer {
             let torque = self.scale.torque(0.05);
             entries.push(format!("friction: {{ torque: {torque:e}, speed: {speed} }}"));
         }
+        if joint % 3 == 1 {
+            entries.push(format!("fold: {}", self.scale.angle(0.1)));
+        }
         if !is_driven {
             entries.push(format!("torque: \"{}\"", self.torque(joint)));
         }

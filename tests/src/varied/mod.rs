@@ -152,7 +152,8 @@ impl Writer {
         let joint = (0..self.drawing.hinges.len()).find(|joint| !self.is_driven(*joint));
         let Some(joint) = joint.filter(|_| self.random.chance(0.5)) else { return };
         let [q, u] = [0.1, 0.5].map(|value| self.scale.angle(value));
-        self.line(&format!("initial: {{ q: {{ j{joint}: {q} }}, u: {{ j{joint}: {u} }} }}"));
+        let fold = if self.random.chance(0.3) { ", fold: 20 %" } else { "" };
+        self.line(&format!("initial: {{ q: {{ j{joint}: {q} }}, u: {{ j{joint}: {u} }}{fold} }}"));
     }
 
     /// A point near the drawing.

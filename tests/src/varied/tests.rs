@@ -10,8 +10,14 @@ const MODELS: u64 = 400;
 #[test]
 fn models_have_every_key_of_the_schema() {
     let texts: Vec<String> = (0..MODELS).map(mechanism).collect();
-    let keys: BTreeSet<&str> =
-        MAPPINGS.iter().flat_map(|mapping| mapping.keys).map(|key| key.name).collect();
+    // These models are written without a drawing.
+    let is_of_drawings = |text: &str| text.starts_with("pattern");
+    let keys: BTreeSet<&str> = MAPPINGS
+        .iter()
+        .filter(|mapping| !is_of_drawings(mapping.path))
+        .flat_map(|mapping| mapping.keys.iter().map(|key| key.name))
+        .filter(|key| !is_of_drawings(key))
+        .collect();
     assert!(keys.len() > 40);
     for key in keys {
         let written = [format!("{key}: "), format!("{key}:\n")];

@@ -50,19 +50,17 @@ const FLOORS: [Floors; 5] = [
             ("source", &["arithmetic"]),
             ("laminate", &["arithmetic", "source"]),
             ("topology", &["arithmetic", "source", "laminate"]),
+            ("program", &["arithmetic", "sealed", "source", "topology"]),
             ("symbolic", &[]),
-            ("kane", &["source", "laminate", "topology", "symbolic"]),
+            ("kane", &["source", "laminate", "topology", "program", "symbolic"]),
             // What leaves the algebra is plain data, and its type lives in `symbolic`.
-            (
-                "program",
-                &["arithmetic", "sealed", "source", "laminate", "topology", "symbolic", "kane"],
-            ),
-            ("backend", &["source", "laminate", "topology", "symbolic", "kane", "program"]),
+            ("lowering", &["arithmetic", "source", "topology", "program", "symbolic", "kane"]),
+            ("backend", &["arithmetic", "source", "program"]),
             (
                 "pipeline",
                 &[
-                    "sealed", "source", "laminate", "topology", "symbolic", "kane", "program",
-                    "backend",
+                    "sealed", "source", "laminate", "topology", "program", "symbolic", "kane",
+                    "lowering", "backend",
                 ],
             ),
             ("files", &[]),
@@ -79,6 +77,7 @@ const FLOORS: [Floors; 5] = [
             ("execution", &[]),
             ("reading", &[]),
             ("identify", &["execution", "reading"]),
+            ("linear", &["execution"]),
             ("mocap", &["reading", "identify"]),
             ("motion", &[]),
             ("simulation", &["execution", "motion"]),

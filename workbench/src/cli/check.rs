@@ -2,15 +2,15 @@
 
 use std::fmt::{self, Write};
 
-use lamc::kane::Phase;
 use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
+use lamc::program::Phase;
 use lamc::program::{Form, FunctionKind, Interpreter, Program};
 use lamc::topology::Topology;
 use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::linear::linear;
 
-use super::linear::linear;
 use super::start::warn_of_moves;
 use super::{Derivation, Outcome, load, output, warn};
 

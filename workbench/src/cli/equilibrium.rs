@@ -3,17 +3,18 @@
 use std::fmt::Write;
 
 use clap::Args;
-use lamc_runtime::{Equilibrium, Mechanism, State, Stopped, equilibrium, project};
+use lamc::laminate::Mechanism;
+use lamc_runtime::{Equilibrium, Mechanism as _, State, Stopped, equilibrium, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::linear::{KinkReport, Motions, Stability};
 use lamc_workbench::reading::{Configuration, configurations};
 use lamc_workbench::simulation::describe;
 use serde::Serialize;
 
-use super::linear::{KinkReport, Motions, Stability};
 use super::paths::Paths;
 use super::start::Start;
 
-use super::{Failed, Outcome, fail, output, read_numbers};
+use super::{Failed, Outcome, fail, output, read_numbers, warn};
 
 /// Find the equilibrium of a model under gravity, springs, torques and forces.
 #[derive(Args)]
@@ -68,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let q = state.q.clone();
     let resting = stopped(system, &mut state)?;
     let mechanism = &compiled.topology.mechanism;
-    let motions = Motions::about(mechanism, &resting, &state, found.stable)?;
+    let motions = about(mechanism, &resting, &state, found.stable)?;
     let system = &resting.system;
     let interface = system.interface();
     if arguments.json {
@@ -121,6 +122,19 @@ pub fn stopped(system: Jit, state: &mut State<Vec<f64>, f64>) -> Result<Stopped<
         Ok(_) => Ok(resting),
         Err(error) => Err(fail(describe(&error, resting.system.interface()))),
     }
+}
+
+/// The small motions about a state of rest; reports their warnings.
+pub fn about(
+    mechanism: &Mechanism,
+    resting: &Stopped<Jit>,
+    state: &State<Vec<f64>, f64>,
+    is_minimum: bool,
+) -> Result<Motions, Failed> {
+    let motions = Motions::about(mechanism, resting, state, is_minimum)
+        .map_err(|error| fail(describe(&error, resting.system.interface())))?;
+    motions.warnings.iter().for_each(warn);
+    Ok(motions)
 }
 
 /// Largest closure residual, m.

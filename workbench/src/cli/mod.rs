@@ -6,6 +6,7 @@ mod check;
 mod compile;
 mod curves;
 mod cut;
+mod derive;
 mod equilibrium;
 mod eval;
 mod explain;
@@ -14,7 +15,6 @@ mod fold;
 mod hinge;
 mod import;
 mod interrupt;
-mod linear;
 mod live;
 mod mocap;
 mod modes;
@@ -175,6 +175,8 @@ enum Command {
         #[command(flatten)]
         derivation: Derivation,
     },
+    /// Derive a model's equations and write them as bytes: what the Python package `lamc` loads
+    Derive(derive::Arguments),
     /// Compare a model's equations with an independent formulation, and check energy and closure
     Verify(verify::Arguments),
     /// Evaluate a model at given states (JSON in, JSON out), or at its initial configuration
@@ -233,6 +235,7 @@ pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match (cli.command, cli.compile) {
         (Some(Command::Check { model, derivation }), _) => check::run(&model, derivation),
+        (Some(Command::Derive(arguments)), _) => derive::run(arguments),
         (Some(Command::Verify(arguments)), _) => verify::run(&arguments),
         (Some(Command::Eval(arguments)), _) => eval::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use clap::Args;
 use lamc_runtime::State;
 use lamc_workbench::execution::Jit;
+use lamc_workbench::linear::{KinkReport, Linear, Mode, Stability};
 use serde::Serialize;
 
-use super::equilibrium::{settle, stopped};
-use super::linear::{KinkReport, Linear, Mode, Motions, Stability};
+use super::equilibrium::{about, settle, stopped};
 use super::start::Start;
 use super::{Outcome, fail, output};
 
@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let found = settle(&system, &mut state)?;
     let resting = stopped(system, &mut state)?;
     let mechanism = &compiled.topology.mechanism;
-    let motions = Motions::about(mechanism, &resting, &state, found.stable)?;
+    let motions = about(mechanism, &resting, &state, found.stable)?;
     let system = &resting.system;
     let interface = system.interface();
     if arguments.json {

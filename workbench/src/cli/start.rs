@@ -48,6 +48,16 @@ pub struct Start {
 }
 
 impl Start {
+    /// A model with these inputs and locks; everything else as it is in the file.
+    pub fn of(
+        model: String,
+        input: Vec<String>,
+        lock: Vec<String>,
+        derivation: Derivation,
+    ) -> Self {
+        Self { model, set: Vec::new(), input, initial: Vec::new(), lock, derivation }
+    }
+
     /// The model compiled, its joints locked as asked, without what is released.
     pub fn compile(&self, released: &[String]) -> Result<Compiled, Failed> {
         self.compile_changed(released, |_| ())

@@ -9,9 +9,10 @@
 mod tests;
 mod translate;
 
-use std::cell::{Cell, OnceCell, RefCell};
+use std::cell::RefCell;
 use std::fmt;
-use std::rc::Rc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cranelift_codegen::settings::{self, Configurable, Flags};
 use cranelift_jit::{JITBuilder, JITModule};
@@ -27,21 +28,28 @@ pub type Jit = Executable<MachineCode>;
 const WORTH: u32 = 600;
 
 /// Executes functions as machine code, and interprets those that are rarely called. Clones share
-/// the code.
+/// the code, also between threads.
 #[derive(Clone)]
 pub struct MachineCode {
     interpretation: Interpretation,
-    functions: Rc<[Function]>,
-    module: Rc<RefCell<Option<Memory>>>,
-    entries: Rc<[Entry]>,
+    shared: Arc<Shared>,
+    /// The cells of each function: values that were read, constants, results of one part for another, outputs.
+    cells: RefCell<Vec<Vec<f64>>>,
+}
+
+/// What all clones use.
+struct Shared {
+    functions: Vec<Function>,
+    entries: Vec<Entry>,
+    memory: Mutex<Option<Memory>>,
 }
 
 /// Where a function is called from.
 #[derive(Default)]
 struct Entry {
-    calls: Cell<u32>,
+    calls: AtomicU32,
     /// `None` if the function cannot be compiled.
-    code: OnceCell<Option<Code>>,
+    code: OnceLock<Option<Code>>,
 }
 
 /// A compiled function.
@@ -50,8 +58,8 @@ struct Code {
     loads: Vec<Slot>,
     /// The parts of the function, executed one after the other on the same cells.
     parts: Vec<unsafe extern "C" fn(*mut f64)>,
-    /// The cells: values that were read, constants, results of one part for another, outputs.
-    cells: RefCell<Vec<f64>>,
+    /// The cells before the first call: constants in their places, zeros elsewhere.
+    initial: Vec<f64>,
     /// The cells of each output.
     outputs: Vec<Vec<usize>>,
 }
@@ -65,55 +73,65 @@ impl MachineCode {
         kinds.iter().all(|&kind| self.compiled(kind).is_some())
     }
 
+    /// An engine whose code goes to this memory; without memory it interprets everything.
+    fn within(program: &Program, memory: Option<Memory>) -> Self {
+        Self {
+            interpretation: Interpretation::new(program),
+            shared: Arc::new(Shared {
+                functions: program.functions.clone(),
+                entries: program.functions.iter().map(|_| Entry::default()).collect(),
+                memory: Mutex::new(memory),
+            }),
+            cells: RefCell::new(vec![Vec::new(); program.functions.len()]),
+        }
+    }
+
     /// Returns the machine code of a function, and compiles it if necessary.
     fn compiled(&self, kind: FunctionKind) -> Option<&Code> {
-        let code = &self.entries[kind as usize].code;
+        let Shared { functions, entries, memory } = &*self.shared;
         let compile = || {
-            let mut module = self.module.borrow_mut();
-            let module = module.as_mut()?.0.as_mut()?;
-            translate::function(module, &self.functions[kind as usize]).ok()
+            // A thread that panicked has not finished its function, and no other uses what it left.
+            let mut memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+            let module = memory.as_mut()?.0.as_mut()?;
+            translate::function(module, &functions[kind as usize]).ok()
         };
-        code.get_or_init(compile).as_ref()
+        entries[kind as usize].code.get_or_init(compile).as_ref()
     }
 }
 
 impl Engine for MachineCode {
     /// Creates an engine that has compiled nothing yet.
     fn new(program: &Program) -> Self {
-        let module = host().ok().map(|module| Memory(Some(module)));
-        Self {
-            interpretation: Interpretation::new(program),
-            functions: program.functions.clone().into(),
-            module: Rc::new(RefCell::new(module)),
-            entries: program.functions.iter().map(|_| Entry::default()).collect(),
-        }
+        Self::within(program, host().ok().map(|module| Memory(Some(module))))
     }
 
     fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]) {
-        let Entry { calls, code } = &self.entries[kind as usize];
-        calls.set(calls.get().saturating_add(1));
+        let Entry { calls, code } = &self.shared.entries[kind as usize];
         let code = match code.get() {
             Some(code) => code.as_ref(),
-            None if calls.get() > WORTH => self.compiled(kind),
+            None if calls.fetch_add(1, Ordering::Relaxed) >= WORTH => self.compiled(kind),
             None => None,
         };
         match code {
-            Some(code) => code.run(load, out),
+            Some(code) => code.run(&mut self.cells.borrow_mut()[kind as usize], load, out),
             None => self.interpretation.run(kind, load, out),
         }
     }
 }
 
 impl Code {
-    fn run(&self, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]) {
-        let mut cells = self.cells.borrow_mut();
+    /// Runs the code on the cells of one thread, which are empty before the first call.
+    fn run(&self, cells: &mut Vec<f64>, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]) {
+        if cells.is_empty() {
+            cells.clone_from(&self.initial);
+        }
         for (cell, slot) in cells.iter_mut().zip(&self.loads) {
             *cell = load(*slot);
         }
         for part in &self.parts {
             // SAFETY: `translate::function` made this code and these cells together: it takes one
             // pointer and touches no memory but as many cells as there are, which nobody else has
-            // borrowed. The code is alive: `MachineCode` holds its memory beside it.
+            // borrowed. The code is alive: `Shared` holds its memory beside it.
             #[allow(unsafe_code)]
             unsafe {
                 part(cells.as_mut_ptr());
@@ -130,8 +148,8 @@ impl Code {
 impl Drop for Memory {
     fn drop(&mut self) {
         if let Some(module) = self.0.take() {
-            // SAFETY: pointers into this memory are kept only in the `entries` of a `MachineCode`,
-            // which is private, runs them only while it is borrowed, and goes with the memory.
+            // SAFETY: pointers into this memory are kept only in the `entries` of a `Shared`, which is
+            // private, runs them only while it is borrowed, and goes with the memory.
             #[allow(unsafe_code)]
             unsafe {
                 module.free_memory();
@@ -142,8 +160,9 @@ impl Drop for Memory {
 
 impl fmt::Debug for MachineCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let compiled =
-            |kind: &FunctionKind| matches!(self.entries[*kind as usize].code.get(), Some(Some(_)));
+        let compiled = |kind: &FunctionKind| {
+            matches!(self.shared.entries[*kind as usize].code.get(), Some(Some(_)))
+        };
         let names = FunctionKind::ALL.into_iter().filter(compiled);
         f.debug_tuple("MachineCode").field(&names.collect::<Vec<_>>()).finish()
     }

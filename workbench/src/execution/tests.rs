@@ -3,10 +3,9 @@
 use proptest::prelude::*;
 
 use super::MachineCode;
-use lamc::kane::{Phase, Section};
 use lamc::program::{
-    Engine, Function, FunctionKind, Instruction, Interface, Interpretation, Op, Output, Program,
-    Slot, Value,
+    Engine, Function, FunctionKind, Instruction, Interface, Interpretation, Op, Output, Phase,
+    Program, Section, Slot, Value,
 };
 use lamc::source::JointId;
 
@@ -72,8 +71,7 @@ proptest! {
         let (plain, machine) = (Interpretation::new(&program), MachineCode::new(&program));
         prop_assert!(machine.compiled(FunctionKind::Equations).is_some(), "no machine code here");
         // As on a host without.
-        let mut bare = MachineCode::new(&program);
-        bare.module = Default::default();
+        let bare = MachineCode::within(&program, None);
         prop_assert!(bare.compiled(FunctionKind::Equations).is_none());
         for q in states {
             let load = |slot| match slot {
@@ -92,4 +90,37 @@ proptest! {
             }
         }
     }
+}
+
+/// Threads that share the code while one of them compiles it.
+#[test]
+fn clones_run_in_threads() {
+    let ops = [
+        Op::Load(Slot::Position(JointId(0))),
+        Op::Sin(Value(0)),
+        Op::Const(3.0),
+        Op::Mul(Value(1), Value(2)),
+    ];
+    let section = Section::mechanism(Phase::Formula);
+    let instruction = |op| Instruction { op, section, name: None };
+    let function = Function {
+        kind: FunctionKind::Equations,
+        instructions: ops.into_iter().map(instruction).collect(),
+        outputs: vec![Output { name: "x", rows: 1, columns: 1, entries: vec![Value(3)] }],
+    };
+    let machine = MachineCode::new(&program(function));
+    let calls = 2 * i32::try_from(super::WORTH).unwrap();
+    std::thread::scope(|scope| {
+        for thread in 0..4 {
+            let machine = machine.clone();
+            scope.spawn(move || {
+                for call in 0..calls {
+                    let angle = f64::from(calls * thread + call) * 1e-3;
+                    let mut out = [f64::NAN];
+                    machine.run(FunctionKind::Equations, |_| angle, &mut [&mut out]);
+                    assert_eq!(out[0].to_bits(), (3.0 * lamc::arithmetic::sin(angle)).to_bits());
+                }
+            });
+        }
+    });
 }

@@ -107,7 +107,7 @@ pub(super) fn function(module: &mut JITModule, function: &Function) -> Translate
     Ok(Code {
         parts: names.into_iter().map(code).collect(),
         loads: layout.loads,
-        cells: layout.initial.into(),
+        initial: layout.initial,
         outputs: layout.outputs,
     })
 }

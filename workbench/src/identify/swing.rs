@@ -13,7 +13,9 @@ use super::fit::{Estimate, Fit, FitError, Problem};
 use super::fourier::Fourier;
 use super::record::Record;
 use crate::execution::Jit;
+#[cfg(feature = "derive")]
 use lamc::pipeline::{self, CompileError};
+#[cfg(feature = "derive")]
 use lamc::source::SourceFile;
 
 /// The share of a record, at each end, in which the derivatives of the series are not used.
@@ -37,6 +39,7 @@ impl Swing {
     ///
     /// # Errors
     /// The body is physically impossible, or the symbolic engine could not be started.
+    #[cfg(feature = "derive")]
     pub fn compile(&self) -> Result<Jit, CompileError> {
         let Self { inertia, mass, arm, gravity } = self;
         // It hangs along x and turns about y.

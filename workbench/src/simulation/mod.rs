@@ -170,6 +170,20 @@ impl Simulation {
         Ok(())
     }
 
+    /// Sets all inputs, SI, from the time that was reached on: they are held until they are set again. From the
+    /// first call on the energy is not audited.
+    pub fn hold_inputs(&mut self, inputs: &[f64]) {
+        self.system.system.set_inputs(inputs);
+        self.explicit.restart();
+        self.implicit.restart();
+        self.work = None;
+    }
+
+    /// The state that was reached.
+    pub fn state(&self) -> &State<Vec<f64>, f64> {
+        &self.state
+    }
+
     /// What has been recorded.
     pub fn motion(&self) -> &Motion {
         &self.motion

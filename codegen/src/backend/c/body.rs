@@ -1,5 +1,6 @@
 //! Prints the mechanism's functions as C.
 
+use crate::program::{Argument, Function, FunctionKind, Op, Parts, Program, Quantity, Shape, Slot};
 use std::collections::BTreeSet;
 
 use serde::Serialize;
@@ -13,8 +14,6 @@ use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
 use crate::backend::statements::{Expression, SineCosine, Statement, statements};
 use crate::backend::text::wrap;
-use crate::kane::Quantity;
-use crate::program::{Argument, Function, FunctionKind, Op, Parts, Program, Shape, Slot};
 
 /// Mnemonic of each operation that is a function call in C, and the name of that function without the
 /// suffix that it has for `float`.

@@ -3,6 +3,7 @@
 //! A product that is added or subtracted becomes one fused operation with the sum, if the target has
 //! one.
 
+use crate::program::{Argument, Form, Function, Part, Parts, Program, Quantity, Shape, Slot};
 use std::collections::BTreeSet;
 
 use proc_macro2::TokenStream;
@@ -18,8 +19,6 @@ use crate::backend::statements::{Expression, Infix, SineCosine, Statement, Stret
 use crate::backend::statements::{numbered, statements};
 use crate::backend::tables::Numbers;
 use crate::backend::text::wrap;
-use crate::kane::Quantity;
-use crate::program::{Argument, Form, Function, Part, Parts, Program, Shape, Slot};
 
 /// Names that function bodies use besides their arguments: the conversion of constants, the fused
 /// multiply-add, the array that the parts of a function share, and the closure that receives the

@@ -1,10 +1,10 @@
 //! Elimination of the closure with chosen pivots: N and p of a = N y + p.
 
+use crate::program::{Phase, Section};
 use std::collections::BTreeMap;
 
 use crate::kane::binder::Binder;
 use crate::kane::closure::Closure;
-use crate::kane::section::{Phase, Section};
 use crate::source::JointId;
 use crate::symbolic::Expr;
 use crate::topology::{Pivot, Reduction};

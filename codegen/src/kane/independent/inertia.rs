@@ -6,9 +6,9 @@ use crate::kane::binder::Binder;
 use crate::kane::inertia::Inertias;
 use crate::kane::kinematics::Kinematics;
 use crate::kane::mass::MassMatrix;
-use crate::kane::section::{Phase, Section};
 use crate::kane::vector::{Vector, add, cross, dot, zero};
 use crate::kane::wrench::Wrench;
+use crate::program::{Phase, Section};
 use crate::symbolic::{Expr, Function};
 use crate::topology::Reduction;
 

@@ -33,7 +33,7 @@ use super::inertia::Inertias;
 use super::inverse::{Given, GivenMotion};
 use super::kinematics::Kinematics;
 use super::loads::{Loads, WrenchNames};
-use super::section::{Phase, Section};
+use crate::program::{Phase, Section};
 use crate::symbolic::{Expr, Function};
 use crate::topology::{Pivot, Reduction};
 

@@ -4,11 +4,10 @@ use proptest::prelude::*;
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 use sha2::{Digest, Sha256};
 
-use crate::kane::{Fact, Phase, Quantity, Section, Subject};
 use crate::pipeline;
 use crate::program::{
-    BodyInfo, FORMAT_VERSION, FunctionKind, Interface, Interpreter, JointInfo, Moving, Op,
-    ParameterInfo, Program, ReadError, Slot, Value, VerifyError,
+    BodyInfo, FORMAT_VERSION, Fact, FunctionKind, Interface, Interpreter, JointInfo, Moving, Op,
+    ParameterInfo, Phase, Program, Quantity, ReadError, Section, Slot, Subject, Value, VerifyError,
 };
 use crate::sealed::{Format, Unreadable};
 use crate::source::{InputId, JointId, ParameterId, SourceFile};

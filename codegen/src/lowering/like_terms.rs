@@ -17,11 +17,11 @@
 //! Postcondition: no sum has two terms that are multiples of the same value. Sums are re-associated,
 //! so results may differ in rounding.
 
+use crate::program::{Function, Instruction, Op, Value};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use super::constants::is_same;
-use super::ir::{Function, Instruction, Op, Value};
+use crate::arithmetic::is_same;
 
 /// Merges the like terms of every sum.
 pub fn merge(function: Function) -> Function {

@@ -8,10 +8,8 @@
 //!
 //! Postcondition: every operand precedes its use; the instructions of a section follow one another.
 
+use crate::program::{Function, Op, Section, Value};
 use std::collections::{BTreeMap, BTreeSet};
-
-use super::ir::{Function, Op, Value};
-use crate::kane::Section;
 
 /// Puts the instructions of each section together.
 pub fn sections(mut function: Function) -> Function {

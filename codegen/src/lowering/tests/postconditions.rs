@@ -1,8 +1,9 @@
 //! The postconditions of folding, value numbering and dead-code elimination.
 
 use super::*;
+use crate::arithmetic::is_same;
 use crate::pipeline;
-use crate::program::Program;
+use crate::program::{Program, verify};
 use crate::source::SourceFile;
 
 /// The first instruction that folding should have simplified, with the reason.
@@ -93,7 +94,7 @@ fn compiled(example: &str) -> Program {
 #[test]
 fn of_the_functions_of_a_compiled_mechanism() {
     let program = compiled("sixbar");
-    assert_eq!(verify::verify(&program), Ok(()));
+    assert_eq!(verify(&program), Ok(()));
     let instructions: usize = program.functions.iter().map(|f| f.instructions.len()).sum();
     assert!(instructions > 1000, "{instructions} instructions");
     for function in &program.functions {
@@ -148,6 +149,6 @@ fn numbers_do_not_differ_by_rounding() {
     let numbers: Vec<f64> = numbers.into_iter().map(f64::from_bits).collect();
     assert!(numbers.len() > 100, "{}", numbers.len());
     for pair in numbers.windows(2) {
-        assert!(!super::super::constants::is_same(pair[0], pair[1]), "{pair:?}");
+        assert!(!is_same(pair[0], pair[1]), "{pair:?}");
     }
 }

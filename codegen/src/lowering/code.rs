@@ -1,8 +1,7 @@
 //! A function in the making: operations are folded, and named for what they are, as they come.
 
 use super::fold::Builder;
-use super::ir::{Function, Op, Output, Slot, Value};
-use crate::kane::{Phase, Section};
+use crate::program::{Function, FunctionKind, Op, Output, Phase, Section, Slot, Value};
 
 /// A function being extended.
 pub struct Code {
@@ -19,7 +18,7 @@ impl Code {
     }
 
     /// The function with these outputs.
-    pub fn finish(self, kind: super::FunctionKind, outputs: Vec<Output>) -> Function {
+    pub fn finish(self, kind: FunctionKind, outputs: Vec<Output>) -> Function {
         Function { kind, instructions: self.builder.instructions(), outputs }
     }
 

@@ -6,10 +6,10 @@
 //! Elsewhere nothing changes: a sum of products one after the other takes fewer fused operations.
 //! Sums are re-associated, so results may differ in rounding.
 
+use crate::program::{Function, Instruction, Op, Value};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::ir::{Function, Instruction, Op, Value};
 use super::like_terms::{absorbed, uses};
 
 /// Operations that a processor issues in a cycle.

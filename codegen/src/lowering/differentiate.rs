@@ -9,9 +9,7 @@
 //! Where a function has a corner (`abs`, `min`, `max`) its derivative is that of the side of the
 //! larger argument; at a pole (`sqrt` of 0) it is infinite. That of a step is 0, also at the step.
 
-use crate::kane::{Phase, Section};
-
-use super::ir::{Function, Instruction, Moving, Op, Slot, Value};
+use crate::program::{Function, Instruction, Moving, Op, Phase, Section, Slot, Value};
 
 /// Prefix of the name of a derivative: `d_omega_left_x`.
 pub const CHANGE_OF: &str = "d_";

@@ -2,7 +2,7 @@
 //!
 //! Postcondition: every instruction is needed by an output.
 
-use super::ir::{Function, Value};
+use crate::program::{Function, Value};
 
 /// Drops the instructions no output needs.
 pub fn dead(function: Function) -> Function {

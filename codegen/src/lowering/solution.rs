@@ -5,11 +5,10 @@ use super::code::Code;
 use super::differentiate::CHANGE_OF;
 use super::eliminate::{ByBody, ByEntry, Factor, Factors};
 use super::fold::{self, MINUS};
-use super::ir::{Function, Moving, Output, Slot, Value};
+use super::functions;
 use super::labels::{Called, Labels};
-use super::lowering;
-use super::signature::FunctionKind;
-use crate::kane::{Elimination, Equations, Phase};
+use crate::kane::{Elimination, Equations};
+use crate::program::{Function, FunctionKind, Moving, Output, Phase, Slot, Value};
 use crate::source::JointId;
 
 /// Operations beyond which a solution is left to the runtime's loops: such a function would be
@@ -66,7 +65,7 @@ pub fn functions(
 fn candidates(equations: &Equations, kind: FunctionKind, regular: bool) -> Vec<Function> {
     let mut candidates = Vec::new();
     let reduced = equations.reduced.as_ref();
-    candidates.extend(reduced.map(|reduced| lowering::reduced(equations, reduced, kind)));
+    candidates.extend(reduced.map(|reduced| functions::reduced(equations, reduced, kind)));
     let Some(elimination) = equations.elimination.as_ref().filter(|_| regular) else {
         return candidates;
     };
@@ -83,7 +82,7 @@ fn entries(equations: &Equations) -> usize {
 }
 
 fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
-    let (mut code, outputs) = Code::after(fold::fold(lowering::by_entry(equations, kind)));
+    let (mut code, outputs) = Code::after(fold::fold(functions::by_entry(equations, kind)));
     let labels = &Labels::of(equations);
     let (mass, closure) = factored(&mut code, equations, labels, &outputs);
     let reduced = match kind {
@@ -132,7 +131,7 @@ fn factored(
 }
 
 fn by_body(equations: &Equations, elimination: &Elimination, kind: FunctionKind) -> Function {
-    let [function, substitution] = lowering::by_body(equations, elimination, kind).map(fold::fold);
+    let [function, substitution] = functions::by_body(equations, elimination, kind).map(fold::fold);
     let (mut code, outputs) = Code::after(function);
     let inverse_pivots = entries_of(&outputs, "inverse_pivots").to_vec();
     let n = inverse_pivots.len();
@@ -187,7 +186,7 @@ fn finished<F: Factor>(
 /// du/dt and its derivatives by q, u and t: the equations' own changes in each direction, `tangent`,
 /// through the factor of the equations.
 fn jacobian(equations: &Equations, tangent: &Function) -> Function {
-    let start = lowering::by_entry(equations, FunctionKind::Acceleration);
+    let start = functions::by_entry(equations, FunctionKind::Acceleration);
     let (mut code, outputs) = Code::after(fold::fold(start));
     let labels = &Labels::of(equations);
     let (mass, closure) = factored(&mut code, equations, labels, &outputs);

@@ -16,9 +16,8 @@
 
 use super::closure_factor::Closure;
 use super::code::Code;
-use super::ir::{Function, Op, Output, Slot, Value};
 use super::labels::{Called, Labels};
-use crate::kane::{Phase, Section};
+use crate::program::{Function, Op, Output, Phase, Section, Slot, Value};
 use crate::topology::NodeId;
 
 /// A factor of M, by joint.

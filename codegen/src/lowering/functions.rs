@@ -5,13 +5,13 @@
 //! name. A sum is a chain of additions and subtractions, a product multiplies its numbers first
 //! and divides once.
 
-use crate::kane::{Elimination, Equations, Leaf, Phase, Reduced, Section};
+use crate::kane::{Elimination, Equations, Leaf, Reduced};
+use crate::program::{
+    Array, Function, FunctionKind, Instruction, Interface, Op, Output, Phase, Section, Slot, Value,
+};
 use crate::symbolic::{Function as SymbolicFunction, Tree};
 
 use super::differentiate;
-use super::ir::{Function, Instruction, Interface, Op, Output, Slot, Value};
-use super::shape::Array;
-use super::signature::FunctionKind;
 
 /// Every function of the mechanism that is written directly from the equations, in the order of
 /// [`FunctionKind`].

@@ -6,17 +6,10 @@
 //! Postcondition: no two numbers of the functions are within a few units in the last place of each
 //! other, but for their sign. Results may differ in rounding.
 
+use crate::program::{Function, Op};
 use std::collections::{BTreeSet, HashMap};
 
-use super::ir::{Function, Op};
-
-/// Units in the last place within which two numbers are the same but for their rounding.
-const SAME: f64 = 4.0 * f64::EPSILON;
-
-/// Whether two numbers are the same but for their rounding.
-pub fn is_same(x: f64, y: f64) -> bool {
-    (x - y).abs() <= SAME * x.abs().max(y.abs())
-}
+use crate::arithmetic::is_same;
 
 /// Makes numbers that differ by rounding only one.
 pub fn snap(functions: &mut [Function]) {

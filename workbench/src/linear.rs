@@ -11,13 +11,11 @@ use std::fmt::Write;
 
 use lamc::arithmetic::largest;
 use lamc::laminate::{Kink, Mechanism, kinks};
-use lamc_runtime::{LinearizationMut, Mechanism as _, State, Stopped, linearize, project};
-use lamc_workbench::execution::Jit;
-use lamc_workbench::simulation::describe;
+use lamc_runtime::{Error, LinearizationMut, Mechanism as _, State, Stopped, linearize, project};
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
-use super::{Failed, fail, warn};
+use crate::execution::Jit;
 
 /// A real part of an eigenvalue below this fraction of the fastest is a rounding error.
 const ROUNDING: f64 = 1e-9;
@@ -30,7 +28,7 @@ const RK4_REACH: f64 = 4.0;
 const RK4_STEPS: usize = 4000;
 
 /// dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z.
-#[derive(Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Linear {
     /// T, N x d.
     pub basis: Vec<Vec<f64>>,
@@ -40,7 +38,8 @@ pub struct Linear {
     pub b: Vec<Vec<f64>>,
 }
 
-#[derive(Serialize)]
+/// A small motion in which all joints swing or decay alike.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Mode {
     /// Of the eigenvalue, 1/s; its imaginary part is not negative.
     pub eigenvalue: [f64; 2],
@@ -64,7 +63,7 @@ pub struct Stability {
 }
 
 /// A kink of a law, as in JSON.
-#[derive(Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KinkReport {
     law: String,
     by: &'static str,
@@ -72,22 +71,32 @@ pub struct KinkReport {
 }
 
 /// Linearised motion about an equilibrium.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Motions {
+    /// The linear system.
     pub linear: Linear,
+    /// Its modes, slowest first.
     pub modes: Vec<Mode>,
+    /// Whether the equilibrium is stable.
     pub stability: Stability,
+    /// Laws that are not linear at the equilibrium.
     pub kinks: Vec<KinkReport>,
+    /// What limits these results, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl Motions {
     /// About a state of rest, of which the potential says whether it is a minimum. Laws that are not
     /// linear there are warned of; where one has a kink, stable is what is so on either side.
+    ///
+    /// # Errors
+    /// Those of [`linearize`].
     pub fn about(
         mechanism: &Mechanism,
         system: &Stopped<Jit>,
         state: &State<Vec<f64>, f64>,
         is_minimum: bool,
-    ) -> Result<Self, Failed> {
+    ) -> Result<Self, Error> {
         let linear = linear(system, state)?;
         let modes = modes(&linear);
         let settings = (system.system.parameters(), system.system.inputs());
@@ -95,26 +104,26 @@ impl Motions {
         let found = kinks(mechanism, settings, state.t, &state.q, &directions);
         let mut is_static = is_minimum;
         let mut is_dynamic = !grows(&linear, &modes);
+        let mut warnings = Vec::new();
         for kink in &found {
             let is_decided = !kink.by_speed;
             let told = match is_decided {
                 true => "it is stable only if it is stable on both sides",
                 false => "modes and dynamic stability are valid for one side only",
             };
-            warn(format_args!("{kink}: {told}"));
+            warnings.push(format!("{kink}: {told}"));
             for side in [-1.0, 1.0].into_iter().filter(|_| is_decided) {
                 let mut beside = state.clone();
                 let reach = side * Kink::REACH;
                 beside.q.iter_mut().zip(&kink.direction).for_each(|(q, by)| *q += reach * by);
                 let State { t, q, u } = &mut beside;
-                project(system, *t, q, u, &mut system.workspace())
-                    .map_err(|error| fail(describe(&error, system.system.interface())))?;
+                project(system, *t, q, u, &mut system.workspace())?;
                 let there = self::linear(system, &beside)?;
                 is_static &= there.least_stiffness() > 1.0;
                 is_dynamic &= !grows(&there, &self::modes(&there));
             }
         }
-        tell_of_friction(mechanism, settings.0);
+        warnings.extend(friction_at_rest(mechanism, settings.0));
         let kinks = found.into_iter().map(|Kink { law, by_speed, derivatives, .. }| KinkReport {
             law,
             by: if by_speed { "u" } else { "q" },
@@ -125,7 +134,7 @@ impl Motions {
             statically_stable: is_static,
             dynamically_stable: is_dynamic,
         };
-        Ok(Self { kinks: kinks.collect(), linear, modes, stability })
+        Ok(Self { kinks: kinks.collect(), linear, modes, stability, warnings })
     }
 
     /// Static and dynamic stability, a line each.
@@ -228,25 +237,29 @@ fn grows(linear: &Linear, modes: &[Mode]) -> bool {
     })
 }
 
-/// Friction is smoothed: at rest it is a damper, and nothing sticks.
-fn tell_of_friction(mechanism: &Mechanism, parameters: &[f64]) {
-    for joint in &mechanism.joints {
-        let Some(friction) = &joint.friction else { continue };
-        let Some(torque) = friction.torque.at(parameters).filter(|torque| *torque > 0.0) else {
-            continue;
-        };
-        warn(format_args!(
+/// Friction is smoothed: at rest it is a damper, and nothing sticks. A sentence for each joint with friction.
+fn friction_at_rest<'a>(
+    mechanism: &'a Mechanism,
+    parameters: &'a [f64],
+) -> impl Iterator<Item = String> + 'a {
+    mechanism.joints.iter().filter_map(|joint| {
+        let friction = joint.friction.as_ref()?;
+        let torque = friction.torque.at(parameters).filter(|torque| *torque > 0.0)?;
+        Some(format!(
             "the friction of `{}` acts at rest as a damper of {:.3e} N m s/rad: this is valid \
              for speeds well below {:.3} deg/s",
             joint.name,
             torque / friction.speed,
             friction.speed.to_degrees()
-        ));
-    }
+        ))
+    })
 }
 
 /// The motion about a state of rest.
-pub fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Linear, Failed> {
+///
+/// # Errors
+/// Those of [`linearize`].
+pub fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Linear, Error> {
     let dimensions = system.dimensions();
     let n = dimensions.coordinates;
     let (mut basis, mut stiffness, mut damping) =
@@ -258,8 +271,7 @@ pub fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Lin
         damping: &mut damping,
         inputs: &mut inputs,
     };
-    let d = linearize(system, state.t, &state.q, &mut system.workspace(), out)
-        .map_err(|error| fail(describe(&error, system.system.interface())))?;
+    let d = linearize(system, state.t, &state.q, &mut system.workspace(), out)?;
     let below = |matrix: &[f64], row: usize| matrix[row * d..(row + 1) * d].to_vec();
     let negative = |row: Vec<f64>| row.into_iter().map(|x| -x).collect::<Vec<_>>();
     let mut a = Vec::new();

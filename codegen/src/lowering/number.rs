@@ -3,9 +3,8 @@
 //! Postcondition: no two instructions have the same operation on the same operands, in either
 //! order where the operation commutes.
 
+use crate::program::{Function, Instruction, Op, Slot, Value};
 use std::collections::HashMap;
-
-use super::ir::{Function, Instruction, Op, Value};
 
 /// Numbers the values of a function.
 pub fn number(function: Function) -> Function {
@@ -32,7 +31,7 @@ pub fn number(function: Function) -> Function {
 }
 
 /// An operation with its constant as bits, so that it can be looked up.
-type Key = (std::mem::Discriminant<Op>, [u64; 2], Option<super::ir::Slot>);
+type Key = (std::mem::Discriminant<Op>, [u64; 2], Option<Slot>);
 
 fn key(op: Op) -> Key {
     let mut operands = op.operands().map(|operand| operand.index() as u64);

@@ -1,7 +1,7 @@
 //! Names of the values of an elimination: by joints and by rows of the closure.
 
-use super::ir::Moving;
 use crate::kane::Equations;
+use crate::program::Moving;
 
 /// Names of joints and rows.
 pub struct Labels {

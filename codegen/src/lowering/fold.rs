@@ -9,9 +9,7 @@
 //! every x, even if x is not finite: a zero factor comes from the geometry and means that x has no
 //! effect.
 
-use crate::kane::Section;
-
-use super::ir::{Function, Instruction, Op, Value};
+use crate::program::{Function, Instruction, Op, Section, Value};
 
 /// Prefix of the name of a negated value: `minus_omega_left_x`.
 pub const MINUS: &str = "minus_";

@@ -1,8 +1,8 @@
 //! Interface of a mechanism for callers, collected from the earlier stages.
 
+use crate::program::{BodyInfo, Interface, JointInfo, ParameterInfo};
 use sha2::{Digest, Sha256};
 
-use super::ir::{BodyInfo, Interface, JointInfo, ParameterInfo};
 use crate::kane::Equations;
 use crate::source::JointId;
 

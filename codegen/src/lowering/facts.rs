@@ -1,7 +1,8 @@
 //! The numbers of the model by name, for the table of constants of the generated code.
 
 use crate::arithmetic::powi;
-use crate::kane::{Binding, Equations, Fact, Leaf};
+use crate::kane::{Binding, Equations, Leaf};
+use crate::program::Fact;
 use crate::symbolic::Tree;
 
 /// The named numbers of the derivation, and the intermediates that are numbers.

@@ -3,9 +3,8 @@
 #![allow(clippy::needless_range_loop, reason = "one index runs through several rows at once")]
 
 use super::code::Code;
-use super::ir::{Op, Value};
 use super::labels::Labels;
-use crate::kane::Phase;
+use crate::program::{Op, Phase, Value};
 
 /// The closure's rows beyond a factor, and S = L D L^T of them.
 pub struct Closure {
