@@ -227,9 +227,10 @@ fn general<Y: Mechanism>(
         let rhs = split(&mut workspace, c)?;
         let push = split(&mut workspace, n)?;
         let mut rows = Rows { mass, jacobian, gamma, weighted, scratch, rhs, push };
-        let found = match rows.direct(out)? {
+        let decomposition = Decomposition::of(system);
+        let found = match rows.direct(decomposition, out)? {
             Some(constraint) => (constraint, None),
-            None => rows.general(Decomposition::of(system), gap, out)?,
+            None => rows.general(decomposition, gap, out)?,
         };
         if let Some(lambda) = lambda {
             rows.multipliers(gap, lambda)?;

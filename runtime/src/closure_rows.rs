@@ -3,19 +3,14 @@
 use crate::acceleration::safe;
 use crate::decomposition::Decomposition;
 use crate::linear::{
-    Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, forward_rows,
-    keep, orthogonalise, rows_of_mut, times_lower,
+    Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, keep,
+    orthogonalise, rows_of_mut, times_lower,
 };
 use crate::rank::{Fading, Gap};
 use crate::{Constraint, Error, Scalar};
 
 /// A decision on the rank and, unless rows were far from dependence, what led to it.
 pub(crate) type Decided<S> = (Constraint, Option<Kept<S>>);
-
-/// Rows of J become rows of J L^-T.
-pub(crate) fn weigh<S: Scalar>(l: &[S], rows: &mut [S], n: usize) {
-    forward_rows(l, rows, n);
-}
 
 /// The closure equations J a = -gamma and room to solve them in.
 pub(crate) struct Rows<'a, S> {
@@ -46,13 +41,17 @@ impl<S: Scalar> Rows<'_, S> {
 
     /// Adds W^+ b to `y` by the Cholesky factor of W W^T, if that is safe: rows certainly
     /// independent and far from dependence.
-    pub fn direct(&mut self, y: &mut [S]) -> Result<Option<Constraint>, Error> {
+    pub fn direct(
+        &mut self,
+        decomposition: Decomposition,
+        y: &mut [S],
+    ) -> Result<Option<Constraint>, Error> {
         let (c, n) = (self.gamma.len(), y.len());
         if c > n {
             return Ok(None);
         }
         copy(self.weighted, self.jacobian)?;
-        weigh(self.mass, self.weighted, n);
+        decomposition.weigh(self.mass, self.weighted, n);
         let trace = self.set_products(c, n);
         let safely =
             factor(self.scratch, c).is_ok() && conditioning(self.scratch, c, trace) > safe();
@@ -99,7 +98,7 @@ impl<S: Scalar> Rows<'_, S> {
         copy(self.rhs, self.gamma)?;
         let kept = decomposition.independent_units(self.weighted, self.rhs, [c, n], gap)?;
         let k = kept.rank;
-        weigh(self.mass, rows_of_mut(self.weighted, n, 0..k)?, n);
+        decomposition.weigh(self.mass, rows_of_mut(self.weighted, n, 0..k)?, n);
         self.set_wanted(k, y);
         let (weighted, rhs) =
             (rows_of_mut(self.weighted, n, 0..k)?, rows_of_mut(self.rhs, 1, 0..k)?);
@@ -163,7 +162,7 @@ mod tests {
         };
         let gap = Gap::closed();
         match decomposition {
-            None => drop(rows.direct(&mut y).unwrap()?),
+            None => drop(rows.direct(Decomposition::for_speeds(n), &mut y).unwrap()?),
             Some(decomposition) => {
                 assert_eq!(rows.general(decomposition, gap, &mut y).unwrap().0.rank, c);
             }

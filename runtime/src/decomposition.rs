@@ -7,8 +7,8 @@
 
 use crate::constants::{CLEAR_FACTOR, FEW_SPEEDS, RESIDUALS_OF_LOOP};
 use crate::linear::{
-    Kept, clearly_independent, keep, normalise, orthogonalise, orthogonalise_independent, reduce,
-    reduce_groups, rows_of_mut,
+    Kept, clearly_independent, forward, forward_rows, keep, normalise, orthogonalise,
+    orthogonalise_independent, reduce, reduce_groups, rows_of_mut,
 };
 use crate::rank::Gap;
 use crate::{Error, Mechanism, Scalar};
@@ -92,6 +92,14 @@ impl Decomposition {
         let k = kept.rank;
         normalise(rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(rhs, width, 0..k)?, n);
         Ok(kept)
+    }
+
+    /// Rows of J become rows of J L^-T, with the same bits either way.
+    pub fn weigh<S: Scalar>(self, l: &[S], rows: &mut [S], n: usize) {
+        match self {
+            Self::SingularValues => rows.chunks_exact_mut(n.max(1)).for_each(|row| forward(l, row)),
+            Self::PivotedQr => forward_rows(l, rows, n),
+        }
     }
 
     /// Makes independent rows of `a` (k x n) orthogonal, and turns those of `b` (k x any but 0) with them.

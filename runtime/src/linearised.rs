@@ -2,7 +2,6 @@
 //! inputs: see [`jacobian`](crate::jacobian()).
 
 use crate::acceleration::{blame, not_finite, write};
-use crate::closure_rows::weigh;
 use crate::decomposition::Decomposition;
 use crate::linear::{add_scaled, backward, dot, factor, forward, normalise, times_lower};
 use crate::plumbing::{Balance, Drive, EquationsMut};
@@ -95,7 +94,7 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
             let kept = decomposition.independent_units(self.rows, self.turn, [m, n], gap)?;
             let k = kept.rank;
             let (rows, turn) = (&mut self.rows[..k * n], &mut self.turn[..k * m]);
-            weigh(self.mass, rows, n);
+            decomposition.weigh(self.mass, rows, n);
             decomposition.orthogonalise(rows, turn, [k, n])?;
             normalise(rows, turn, n);
             let fading = Fading::of_rounding();

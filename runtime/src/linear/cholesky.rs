@@ -37,7 +37,7 @@ pub(crate) fn forward<S: Scalar>(l: &[S], x: &mut [S]) {
 
 /// Rows x of `rows` become L^-1 x, with the bits of [`forward`]: four at a time, whose sums do not wait for each other.
 pub(crate) fn forward_rows<S: Scalar>(l: &[S], rows: &mut [S], n: usize) {
-    let mut groups = rows.chunks_exact_mut(4 * n.max(1));
+    let mut groups = rows.chunks_exact_mut((4 * n).max(1));
     for group in &mut groups {
         let mut rows = group.chunks_exact_mut(n.max(1));
         let (Some(a), Some(b), Some(c), Some(d)) =
@@ -54,7 +54,9 @@ pub(crate) fn forward_rows<S: Scalar>(l: &[S], rows: &mut [S], n: usize) {
                 }
             }
             for (x, sum) in [&mut *a, &mut *b, &mut *c, &mut *d].into_iter().zip(sums) {
-                x[i] = (x[i] - sum) * row[i];
+                if let Some((x, &reciprocal)) = x.get_mut(i).zip(row.get(i)) {
+                    *x = (*x - sum) * reciprocal;
+                }
             }
         }
     }
@@ -96,6 +98,20 @@ pub(crate) fn conditioning<S: Scalar>(l: &[S], n: usize, trace: S) -> S {
 mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
+
+    #[test]
+    fn rows_at_a_time_have_the_bits_of_each_by_itself() {
+        for (n, count) in [(1, 4), (7, 3), (13, 9), (20, 8)] {
+            let mut l: Vec<f64> = matrix(n, n as u64).iter().copied().collect();
+            factor(&mut l, n).unwrap();
+            let mut together: Vec<f64> =
+                crate::linear::test_matrix(count, n, 7).iter().copied().collect();
+            let mut alone = together.clone();
+            forward_rows(&l, &mut together, n);
+            alone.chunks_exact_mut(n).for_each(|row| forward(&l, row));
+            assert_eq!(together, alone);
+        }
+    }
 
     /// A random-looking positive definite matrix.
     fn matrix(n: usize, seed: u64) -> DMatrix<f64> {

@@ -108,7 +108,8 @@ fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
     let mut half = PARTS_OF_SUM / 2;
     while half > 0 {
         for k in 0..half {
-            sums[k] = sums[k] + sums[k + half];
+            let other = sums[k + half];
+            sums[k] += other;
         }
         half /= 2;
     }

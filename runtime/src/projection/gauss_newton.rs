@@ -6,7 +6,6 @@
 
 use super::worst_loop;
 use crate::acceleration::{blame, not_finite};
-use crate::closure_rows::weigh;
 use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, UNDECIDED_FACTOR};
 use crate::decomposition::Decomposition;
 use crate::linear::{
@@ -147,7 +146,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
             *value = if value.abs() <= uncertain { S::ZERO } else { -*value };
         }
         normalise(jacobian, residual, n);
-        weigh(self.mass, jacobian, n);
+        decomposition.weigh(self.mass, jacobian, n);
         decomposition.orthogonalise(jacobian, residual, [k, n])?;
         combine(jacobian, residual, self.step);
         backward(self.mass, self.step);
