@@ -363,4 +363,28 @@ mod tests {
             assert!(clearly_independent(&mut rows, &mut rhs, [2, 3], 1e-6).unwrap().is_none());
         }
     }
+
+    /// Groups of nine rows that are mixtures of three each, and a last group of two rows: x solves what is left as it does
+    /// all.
+    #[test]
+    fn groups_keep_their_independent_rows() {
+        let (n, groups) = (20, 5);
+        let base = test_matrix(3 * groups + 2, n, 5);
+        let mut mixed = DMatrix::zeros(9 * groups + 2, n);
+        for group in 0..groups {
+            let rows = test_matrix(9, 3, group as u64) * base.rows(3 * group, 3);
+            mixed.rows_mut(9 * group, 9).copy_from(&rows);
+        }
+        mixed.rows_mut(9 * groups, 2).copy_from(&base.rows(3 * groups, 2));
+        let x = DVector::from_fn(n, |i, _| (1.0 + i as f64).sin());
+        let mut rows: Vec<f64> = mixed.transpose().iter().copied().collect();
+        let mut rhs: Vec<f64> = (&mixed * &x).iter().copied().collect();
+        let kept = reduce_groups(&mut rows, &mut rhs, [9 * groups + 2, n], 9, 1e-8).unwrap();
+        assert_eq!(kept, 3 * groups + 2);
+        let left = DMatrix::from_row_slice(kept, n, &rows[..kept * n]);
+        let error = (&left * &x - DVector::from_column_slice(&rhs[..kept])).amax();
+        assert!(error <= 1e-13, "{error:e}");
+        // Reflections keep the squares of all entries.
+        assert!((left.norm() / mixed.norm() - 1.0).abs() <= 1e-13);
+    }
 }
