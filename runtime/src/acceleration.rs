@@ -18,6 +18,7 @@
 
 use crate::closure_rows::{Decided, Rows};
 use crate::constants::{NOISE_OF_ACCELERATION, SAFE_CONDITIONING};
+use crate::decomposition::Decomposition;
 use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
 use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut, Margin};
@@ -226,9 +227,10 @@ fn general<Y: Mechanism>(
         let rhs = split(&mut workspace, c)?;
         let push = split(&mut workspace, n)?;
         let mut rows = Rows { mass, jacobian, gamma, weighted, scratch, rhs, push };
-        let found = match rows.direct(out)? {
+        let decomposition = Decomposition::of(system);
+        let found = match rows.direct(decomposition, out)? {
             Some(constraint) => (constraint, None),
-            None => rows.general(gap, out)?,
+            None => rows.general(decomposition, gap, out)?,
         };
         if let Some(lambda) = lambda {
             rows.multipliers(gap, lambda)?;

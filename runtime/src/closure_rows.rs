@@ -1,8 +1,9 @@
 //! The rows of the closure at a state, solved: W y = b with W = J L^-T, whatever the rank.
 
 use crate::acceleration::safe;
+use crate::decomposition::Decomposition;
 use crate::linear::{
-    Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, keep, normalise,
+    Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, keep,
     orthogonalise, rows_of_mut, times_lower,
 };
 use crate::rank::{Fading, Gap};
@@ -10,29 +11,6 @@ use crate::{Constraint, Error, Scalar};
 
 /// A decision on the rank and, unless rows were far from dependence, what led to it.
 pub(crate) type Decided<S> = (Constraint, Option<Kept<S>>);
-
-/// Rows of J become rows of J L^-T.
-pub(crate) fn weigh<S: Scalar>(l: &[S], rows: &mut [S], n: usize) {
-    for row in rows.chunks_exact_mut(n.max(1)) {
-        forward(l, row);
-    }
-}
-
-/// Orthogonal rows of unit length that span the independent rows of `jacobian` (m x n), in its
-/// place, and the right-hand sides that belong to them in that of `rhs` (m x any).
-pub(crate) fn independent<S: Scalar>(
-    jacobian: &mut [S],
-    rhs: &mut [S],
-    [m, n]: [usize; 2],
-    gap: Gap<S>,
-) -> Result<Kept<S>, Error> {
-    let width = rhs.len() / m.max(1);
-    let k = orthogonalise(jacobian, rhs, m, n)?;
-    let (jacobian, rhs) = (rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(rhs, width, 0..k)?);
-    let kept = keep(jacobian, rhs, k, n, gap.cut())?;
-    normalise(rows_of_mut(jacobian, n, 0..kept.rank)?, rows_of_mut(rhs, width, 0..kept.rank)?, n);
-    Ok(kept)
-}
 
 /// The closure equations J a = -gamma and room to solve them in.
 pub(crate) struct Rows<'a, S> {
@@ -63,13 +41,17 @@ impl<S: Scalar> Rows<'_, S> {
 
     /// Adds W^+ b to `y` by the Cholesky factor of W W^T, if that is safe: rows certainly
     /// independent and far from dependence.
-    pub fn direct(&mut self, y: &mut [S]) -> Result<Option<Constraint>, Error> {
+    pub fn direct(
+        &mut self,
+        decomposition: Decomposition,
+        y: &mut [S],
+    ) -> Result<Option<Constraint>, Error> {
         let (c, n) = (self.gamma.len(), y.len());
         if c > n {
             return Ok(None);
         }
         copy(self.weighted, self.jacobian)?;
-        weigh(self.mass, self.weighted, n);
+        decomposition.weigh(self.mass, self.weighted, n);
         let trace = self.set_products(c, n);
         let safely =
             factor(self.scratch, c).is_ok() && conditioning(self.scratch, c, trace) > safe();
@@ -105,17 +87,22 @@ impl<S: Scalar> Rows<'_, S> {
     }
 
     /// Adds W^+ b to `y` whatever the rank.
-    pub fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> Result<Decided<S>, Error> {
+    pub fn general(
+        &mut self,
+        decomposition: Decomposition,
+        gap: Gap<S>,
+        y: &mut [S],
+    ) -> Result<Decided<S>, Error> {
         let (c, n) = (self.gamma.len(), y.len());
         copy(self.weighted, self.jacobian)?;
         copy(self.rhs, self.gamma)?;
-        let kept = independent(self.weighted, self.rhs, [c, n], gap)?;
+        let kept = decomposition.independent_units(self.weighted, self.rhs, [c, n], gap)?;
         let k = kept.rank;
-        weigh(self.mass, rows_of_mut(self.weighted, n, 0..k)?, n);
+        decomposition.weigh(self.mass, rows_of_mut(self.weighted, n, 0..k)?, n);
         self.set_wanted(k, y);
         let (weighted, rhs) =
             (rows_of_mut(self.weighted, n, 0..k)?, rows_of_mut(self.rhs, 1, 0..k)?);
-        orthogonalise(weighted, rhs, k, n)?;
+        decomposition.orthogonalise(weighted, rhs, [k, n])?;
         combine(weighted, rhs, self.push);
         add_scaled(y, S::ONE, self.push);
         let is_weak = gap.is_below(Fading::of_rounding().weak, &kept);
@@ -150,8 +137,13 @@ mod tests {
     use super::*;
     use crate::linear::test_matrix;
 
-    /// What W^+ b and the multipliers are by one of the two ways, for W = J (M = 1).
-    fn solution(w: &[f64], b: &[f64], n: usize, direct: bool) -> Option<(Vec<f64>, Vec<f64>)> {
+    /// What W^+ b and the multipliers are for W = J (M = 1): by a decomposition, or directly.
+    fn solution(
+        w: &[f64],
+        b: &[f64],
+        n: usize,
+        decomposition: Option<Decomposition>,
+    ) -> Option<(Vec<f64>, Vec<f64>)> {
         let c = b.len();
         let mut mass = vec![0.0; n * n];
         (0..n).for_each(|i| mass[i * n + i] = 1.0);
@@ -169,29 +161,32 @@ mod tests {
             push: &mut push,
         };
         let gap = Gap::closed();
-        if direct {
-            rows.direct(&mut y).unwrap()?;
-        } else {
-            assert_eq!(rows.general(gap, &mut y).unwrap().0.rank, c);
+        match decomposition {
+            None => drop(rows.direct(Decomposition::for_speeds(n), &mut y).unwrap()?),
+            Some(decomposition) => {
+                assert_eq!(rows.general(decomposition, gap, &mut y).unwrap().0.rank, c);
+            }
         }
         rows.multipliers(gap, &mut lambda).unwrap();
         Some((y, lambda))
     }
 
     #[test]
-    fn both_ways_agree_where_the_fast_one_is_taken() {
+    fn all_ways_agree_where_the_fast_one_is_taken() {
         let mut taken = 0;
         for seed in 0..400 {
             let (c, n) = (1 + seed % 5, 6 + seed % 3);
             let w: Vec<f64> = test_matrix(c, n, seed as u64).iter().copied().collect();
             let b: Vec<f64> = (0..c).map(|i| (i as f64 + seed as f64).cos()).collect();
-            let Some(fast) = solution(&w, &b, n, true) else { continue };
-            let slow = solution(&w, &b, n, false).unwrap();
+            let Some(fast) = solution(&w, &b, n, None) else { continue };
             taken += 1;
-            for (fast, slow) in [(&fast.0, &slow.0), (&fast.1, &slow.1)] {
-                let scale = slow.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-                for (fast, slow) in fast.iter().zip(slow) {
-                    assert!((fast - slow).abs() <= 1e-10 * scale, "{fast} is not {slow}");
+            for decomposition in [Decomposition::SingularValues, Decomposition::PivotedQr] {
+                let slow = solution(&w, &b, n, Some(decomposition)).unwrap();
+                for (fast, slow) in [(&fast.0, &slow.0), (&fast.1, &slow.1)] {
+                    let scale = slow.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                    for (fast, slow) in fast.iter().zip(slow) {
+                        assert!((fast - slow).abs() <= 1e-10 * scale, "{fast} is not {slow}");
+                    }
                 }
             }
         }
@@ -202,7 +197,7 @@ mod tests {
     fn dependent_rows_never_take_the_fast_way() {
         for distance in [0.0, 1e-12, 1e-8, 1e-5, 1e-3] {
             let w = [1.0, 2.0, 3.0, 1.0, 2.0, 3.0 + distance];
-            assert!(solution(&w, &[1.0, 1.0], 3, true).is_none(), "distance {distance}");
+            assert!(solution(&w, &[1.0, 1.0], 3, None).is_none(), "distance {distance}");
         }
     }
 }

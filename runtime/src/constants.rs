@@ -92,6 +92,30 @@ constants! {
     /// not numbers.
     JACOBI_SWEEPS: usize = 40;
 
+    /// Up to so many speeds, independent rows are found by singular values at once.
+    ///
+    /// There they cost no more than the factorisations that avoid them.
+    FEW_SPEEDS: usize = 12;
+
+    /// Residuals of a loop, of which six are independent at most.
+    RESIDUALS_OF_LOOP: usize = 9;
+
+    /// Without singular values, a direction counts or not if it is this many times above or below the cut.
+    ///
+    /// A diagonal of R may differ from the singular value by the square root of the number of rows, and
+    /// hardly ever does by more than ten.
+    CLEAR_FACTOR: f64 = 100.0;
+
+    /// Passes of orthogonalisation over all pairs of rows.
+    ///
+    /// Two are enough (W. Kahan, in B. N. Parlett, "The Symmetric Eigenvalue Problem", 6-9).
+    ORTHOGONAL_PASSES: usize = 2;
+
+    /// Parts in which a scalar product of long rows is summed side by side.
+    ///
+    /// They do not wait for each other.
+    PARTS_OF_SUM: usize = 8;
+
     // Constrained acceleration.
 
     /// Conditioning of J M^-1 J^T above which its Cholesky factor serves.

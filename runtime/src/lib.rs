@@ -96,6 +96,7 @@ mod assembly;
 mod batch;
 mod closure_rows;
 pub mod constants;
+mod decomposition;
 mod delegate;
 mod equilibrium;
 mod error;

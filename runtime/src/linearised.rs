@@ -2,10 +2,8 @@
 //! inputs: see [`jacobian`](crate::jacobian()).
 
 use crate::acceleration::{blame, not_finite, write};
-use crate::closure_rows::{independent, weigh};
-use crate::linear::{
-    add_scaled, backward, clearly_independent, dot, factor, forward, orthonormalise, times_lower,
-};
+use crate::decomposition::Decomposition;
+use crate::linear::{add_scaled, backward, dot, factor, forward, normalise, times_lower};
 use crate::plumbing::{Balance, Drive, EquationsMut};
 use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
@@ -92,13 +90,13 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
             self.turn[i * m + i] = Y::Scalar::ONE;
         }
         if m > 0 {
-            let kept = match clearly_independent(self.rows, self.turn, [m, n], gap.cut())? {
-                Some(kept) => kept,
-                None => independent(self.rows, self.turn, [m, n], gap)?,
-            };
+            let decomposition = Decomposition::of(self.system);
+            let kept = decomposition.independent_units(self.rows, self.turn, [m, n], gap)?;
             let k = kept.rank;
-            weigh(self.mass, &mut self.rows[..k * n], n);
-            orthonormalise(&mut self.rows[..k * n], &mut self.turn[..k * m], n)?;
+            let (rows, turn) = (&mut self.rows[..k * n], &mut self.turn[..k * m]);
+            decomposition.weigh(self.mass, rows, n);
+            decomposition.orthogonalise(rows, turn, [k, n])?;
+            normalise(rows, turn, n);
             let fading = Fading::of_rounding();
             self.rank = k;
             self.is_weak = gap.is_below(fading.weak, &kept);

@@ -14,8 +14,8 @@
 use core::mem;
 
 use crate::acceleration::{blame, not_finite, write};
-use crate::closure_rows::weigh;
 use crate::constants::{FADING_ASIDE, FADING_RATE, SPEED_ACROSS, SPEED_ALONG};
+use crate::decomposition::Decomposition;
 use crate::linear::{
     add_scaled, backward, combine, copy, dot, exchange, factor, forward, orthogonalise, rows_of,
     rows_of_mut, set_scaled,
@@ -74,11 +74,12 @@ pub(crate) fn pass<Y: Mechanism>(
     }
 
     let (rows, rhs) = (rows_of_mut(rows, n, 0..rank)?, rows_of_mut(rhs, 1, 0..rank)?);
-    weigh(mass, rows, n);
+    let decomposition = Decomposition::of(system);
+    decomposition.weigh(mass, rows, n);
     for (value, row) in rhs.iter_mut().zip(rows.chunks_exact(n.max(1))) {
         *value -= dot(row, out);
     }
-    orthogonalise(rows, rhs, rank, n)?;
+    decomposition.orthogonalise(rows, rhs, [rank, n])?;
     combine(rows, rhs, push);
     add_scaled(out, Y::Scalar::ONE, push);
     backward(mass, out);

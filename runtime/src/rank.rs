@@ -100,6 +100,12 @@ impl<S: Scalar> Gap<S> {
         Self(S::from_f64(CLOSED_EPSILONS) * S::EPSILON)
     }
 
+    /// Of loops that are so much open that singular values up to `cut` are dropped.
+    #[cfg(test)]
+    pub fn with_cut(cut: S) -> Self {
+        Self(cut * cut * S::from_f64(KANTOROVICH_BOUND))
+    }
+
     /// At q; the workspace holds 9 L (N + 1) numbers. A state that is not closed at all has no rank of its
     /// own: it gets that of one that is open by 1e-9 of the size (16 epsilon in `f32`).
     pub fn at<Y: Mechanism<Scalar = S>>(

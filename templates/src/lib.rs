@@ -37,6 +37,7 @@ pub mod c {
         LINEAR_ALGEBRA = "c/linear_algebra.c";
         CHOLESKY = "c/cholesky.c";
         PSEUDOINVERSE = "c/pseudoinverse.c";
+        INDEPENDENT = "c/independent.c";
         RANK = "c/rank.c";
         CLOSURE_ROWS = "c/closure_rows.c";
         PASSAGE = "c/passage.c";

@@ -35,6 +35,36 @@ pub(crate) fn forward<S: Scalar>(l: &[S], x: &mut [S]) {
     }
 }
 
+/// Rows x of `rows` become L^-1 x, with the bits of [`forward`]: four at a time, whose sums do not wait for each other.
+pub(crate) fn forward_rows<S: Scalar>(l: &[S], rows: &mut [S], n: usize) {
+    let mut groups = rows.chunks_exact_mut((4 * n).max(1));
+    for group in &mut groups {
+        let mut rows = group.chunks_exact_mut(n.max(1));
+        let (Some(a), Some(b), Some(c), Some(d)) =
+            (rows.next(), rows.next(), rows.next(), rows.next())
+        else {
+            continue;
+        };
+        for (i, row) in (0..n).zip(l.chunks_exact(n.max(1))) {
+            let mut sums = [S::ZERO; 4];
+            for ((((&l, &a), &b), &c), &d) in row.iter().zip(&*a).zip(&*b).zip(&*c).zip(&*d).take(i)
+            {
+                for (sum, x) in sums.iter_mut().zip([a, b, c, d]) {
+                    *sum += l * x;
+                }
+            }
+            for (x, sum) in [&mut *a, &mut *b, &mut *c, &mut *d].into_iter().zip(sums) {
+                if let Some((x, &reciprocal)) = x.get_mut(i).zip(row.get(i)) {
+                    *x = (*x - sum) * reciprocal;
+                }
+            }
+        }
+    }
+    for x in groups.into_remainder().chunks_exact_mut(n.max(1)) {
+        forward(l, x);
+    }
+}
+
 /// `x = L^-T x`.
 pub(crate) fn backward<S: Scalar>(l: &[S], x: &mut [S]) {
     let n = x.len();
@@ -68,6 +98,20 @@ pub(crate) fn conditioning<S: Scalar>(l: &[S], n: usize, trace: S) -> S {
 mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
+
+    #[test]
+    fn rows_at_a_time_have_the_bits_of_each_by_itself() {
+        for (n, count) in [(1, 4), (7, 3), (13, 9), (20, 8)] {
+            let mut l: Vec<f64> = matrix(n, n as u64).iter().copied().collect();
+            factor(&mut l, n).unwrap();
+            let mut together: Vec<f64> =
+                crate::linear::test_matrix(count, n, 7).iter().copied().collect();
+            let mut alone = together.clone();
+            forward_rows(&l, &mut together, n);
+            alone.chunks_exact_mut(n).for_each(|row| forward(&l, row));
+            assert_eq!(together, alone);
+        }
+    }
 
     /// A random-looking positive definite matrix.
     fn matrix(n: usize, seed: u64) -> DMatrix<f64> {

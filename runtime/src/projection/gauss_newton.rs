@@ -6,11 +6,10 @@
 
 use super::worst_loop;
 use crate::acceleration::{blame, not_finite};
-use crate::closure_rows::weigh;
 use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, UNDECIDED_FACTOR};
+use crate::decomposition::Decomposition;
 use crate::linear::{
-    add_scaled, backward, combine, copy, dot, factor, keep, max_abs, normalise, orthogonalise,
-    reduce, rows_of_mut, set_scaled,
+    add_scaled, backward, combine, copy, dot, factor, max_abs, normalise, rows_of_mut, set_scaled,
 };
 use crate::plumbing::EquationsMut;
 use crate::rank::{Gap, closed_to_rounding};
@@ -127,16 +126,17 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
     /// The step of least weighted length that takes the residual away, and the rank. Residual and
     /// Jacobian are lost. Of a vector of this `length`, what lies across the closure is taken away
     /// only where it is more than the directions themselves are uncertain by.
-    pub(super) fn solve(&mut self, gap: Gap<S>, length: S) -> Result<usize, Error> {
-        let (n, rows) = (self.step.len(), self.residual.len());
-        // Nine rows per loop are redundant: only what reduction leaves of them is looked at.
-        let k = reduce(self.jacobian, self.residual, rows, n)?;
+    pub(super) fn solve(
+        &mut self,
+        decomposition: Decomposition,
+        gap: Gap<S>,
+        length: S,
+    ) -> Result<usize, Error> {
+        let (n, m) = (self.step.len(), self.residual.len());
+        let kept = decomposition.independent_of_loops(self.jacobian, self.residual, [m, n], gap)?;
+        let k = kept.rank;
         let (jacobian, residual) =
             (rows_of_mut(self.jacobian, n, 0..k)?, rows_of_mut(self.residual, 1, 0..k)?);
-        let k = orthogonalise(jacobian, residual, k, n)?;
-        let k = keep(jacobian, residual, k, n, gap.cut())?.rank;
-        let (jacobian, residual) =
-            (rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(residual, 1, 0..k)?);
         let singular = |row: &[S]| dot(row, row).sqrt();
         let all = jacobian.chunks_exact(n.max(1));
         let largest = all.clone().fold(S::ZERO, |most, row| most.max(singular(row)));
@@ -146,8 +146,8 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
             *value = if value.abs() <= uncertain { S::ZERO } else { -*value };
         }
         normalise(jacobian, residual, n);
-        weigh(self.mass, jacobian, n);
-        orthogonalise(jacobian, residual, k, n)?;
+        decomposition.weigh(self.mass, jacobian, n);
+        decomposition.orthogonalise(jacobian, residual, [k, n])?;
         combine(jacobian, residual, self.step);
         backward(self.mass, self.step);
         Ok(k)
@@ -175,7 +175,8 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
                 break;
             }
             copy(previous, q)?;
-            self.solve(Gap::of(system, if nearest { S::ZERO } else { size }), S::ZERO)?;
+            let gap = Gap::of(system, if nearest { S::ZERO } else { size });
+            self.solve(Decomposition::of(system), gap, S::ZERO)?;
             let (tries, progress) = if nearest { (STEP_HALVINGS, size) } else { (1, size * half) };
             let mut share = S::ONE;
             let mut found = None;
@@ -213,7 +214,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         gap: Gap<S>,
     ) -> Result<usize, Error> {
         self.add_rates(system, u, S::ONE, S::ZERO);
-        let rank = self.solve(gap, dot(u, u).sqrt())?;
+        let rank = self.solve(Decomposition::of(system), gap, dot(u, u).sqrt())?;
         add_scaled(u, S::ONE, self.step);
         Ok(rank)
     }

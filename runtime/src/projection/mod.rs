@@ -18,6 +18,7 @@ use gauss_newton::GaussNewton;
 
 use crate::acceleration::{holds, not_finite};
 use crate::constants::PROJECTION_STEPS;
+use crate::decomposition::Decomposition;
 use crate::linear::{add_scaled, copy, max_abs};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
@@ -225,7 +226,8 @@ pub(crate) fn restore<Y: Mechanism>(
     let (mut closure, _) = GaussNewton::new(system, t, q, u, workspace)?;
     let residual = closure.evaluate(system, q)?;
     closure.add_rates(system, u, gain + gain, gain * gain);
-    closure.solve(Gap::of(system, residual), Y::Scalar::ZERO)?;
+    let gap = Gap::of(system, residual);
+    closure.solve(Decomposition::of(system), gap, Y::Scalar::ZERO)?;
     add_scaled(acceleration, Y::Scalar::ONE, closure.step);
     Ok(())
 }

@@ -45,6 +45,11 @@ PRIVATE void exchange_rows(real *a, real *b, int n);
 PRIVATE void normalise_rows(real *a, real *b, int m, int n);
 PRIVATE void combine_rows(const real *rows, const real *b, int k, real *x, int n);
 
+/* independent.c */
+PRIVATE struct kept find_independent(real *a, real *b, int m, real cut);
+PRIVATE struct kept find_independent_of_loops(real *a, real *b, int m, real cut);
+PRIVATE void straighten_independent(real *a, real *b, int k);
+
 /* rank.c */
 PRIVATE real gap_of(real residual);
 PRIVATE real gap_at(const real *q);

@@ -72,7 +72,7 @@ PRIVATE void solve_independent(const real *mass, real *rows, real *wanted, int k
         substitute_forward(mass, rows + i * COORDINATES, COORDINATES);
         wanted[i] -= dot(rows + i * COORDINATES, y, COORDINATES);
     }
-    orthogonalise_rows(rows, wanted, k, COORDINATES, 1);
+    straighten_independent(rows, wanted, k);
     combine_rows(rows, wanted, k, push, COORDINATES);
 }
 
@@ -82,11 +82,9 @@ PRIVATE struct kept solve_generally(const real *mass, const real *jacobian, cons
 {
     real rows[ROWS * COORDINATES], values[ROWS];
     struct kept kept;
-    int k;
     copy(rows, jacobian, ROWS * COORDINATES);
     copy(values, wanted, ROWS);
-    k = orthogonalise_rows(rows, values, ROWS, COORDINATES, 1);
-    kept = keep_rows(rows, values, k, COORDINATES, cut_of(gap));
+    kept = find_independent(rows, values, ROWS, cut_of(gap));
     normalise_rows(rows, values, kept.rank, COORDINATES);
     solve_independent(mass, rows, values, kept.rank, y, push);
     return kept;

@@ -59,10 +59,7 @@ static void set_step(struct constraints *constraints, real gap, real length_of_v
 {
     real *jacobian = constraints->jacobian, *residual = constraints->residual;
     real largest = 0;
-    /* Nine rows per loop are redundant: only what reduction leaves of them is looked at. */
-    int k = reduce_rows(jacobian, residual, RESIDUALS, COORDINATES, 1);
-    k = orthogonalise_rows(jacobian, residual, k, COORDINATES, 1);
-    k = keep_rows(jacobian, residual, k, COORDINATES, cut_of(gap)).rank;
+    const int k = find_independent_of_loops(jacobian, residual, RESIDUALS, cut_of(gap)).rank;
     for (int i = 0; i < k; i++)
         largest = larger(largest, length(jacobian + i * COORDINATES, COORDINATES));
     for (int i = 0; i < k; i++) {
@@ -74,7 +71,7 @@ static void set_step(struct constraints *constraints, real gap, real length_of_v
     normalise_rows(jacobian, residual, k, COORDINATES);
     for (int i = 0; i < k; i++)
         substitute_forward(constraints->mass, jacobian + i * COORDINATES, COORDINATES);
-    orthogonalise_rows(jacobian, residual, k, COORDINATES, 1);
+    straighten_independent(jacobian, residual, k);
     combine_rows(jacobian, residual, k, constraints->step, COORDINATES);
     substitute_backward(constraints->mass, constraints->step, COORDINATES);
 }

@@ -50,7 +50,8 @@ impl Dummy {
     fn files(self) -> Vec<PathBuf> {
         let constrained = self.loops || self.drives;
         let is_needed = |name: &str| match name {
-            "pseudoinverse" | "rank" | "closure_rows" | "passage" | "projection" => constrained,
+            "pseudoinverse" | "independent" | "rank" | "closure_rows" | "passage"
+            | "projection" => constrained,
             "projection_without_constraints" => !constrained,
             "motors" => self.drives,
             "assembly" | "assembly_steps" => self.loops,

@@ -54,7 +54,7 @@ fn needed(interface: &Interface) -> Vec<&'static str> {
     let constrained = loops || drives;
     let mut files = vec![c::TYPES, c::LINEAR_ALGEBRA, c::CHOLESKY];
     if constrained {
-        files.extend([c::PSEUDOINVERSE, c::RANK, c::CLOSURE_ROWS, c::PASSAGE]);
+        files.extend([c::PSEUDOINVERSE, c::INDEPENDENT, c::RANK, c::CLOSURE_ROWS, c::PASSAGE]);
     }
     files.push(c::ACCELERATION);
     if drives {
