@@ -115,7 +115,7 @@ fn speeds_off(
     let given = DVector::from_fn(n, |_, _| random.range(-SPEED, SPEED));
     let (mut at, mut speeds) = (q.to_vec(), given.as_slice().to_vec());
     project(&driven, 0.0, &mut at, &mut speeds, &mut driven.workspace()).unwrap();
-    let moved = (DVector::from_vec(at) - DVector::from_column_slice(q)).amax();
+    let moved = largest(&(DVector::from_vec(at) - DVector::from_column_slice(q)));
     assert!(moved <= 1e-9, "a closed state moves by {moved:e}");
 
     let (mut residual, mut rows) = (vec![0.0; 9 * l], vec![0.0; 9 * l * n]);
@@ -127,7 +127,7 @@ fn speeds_off(
     // Without forces, the acceleration that takes J u away is the change of u.
     let equations = Equations { mass, forcing: DVector::zeros(n), jacobian, gamma };
     let change = equations.solve(cut(4.0 * f64::EPSILON)).acceleration;
-    (DVector::from_vec(speeds) - given - &change).amax() / change.amax()
+    largest(&(DVector::from_vec(speeds) - given - &change)) / largest(&change)
 }
 
 /// Closure forces, which independent speeds do not give, with the acceleration that the pseudo-inverse asks for; and the
@@ -166,7 +166,7 @@ fn check_generally(name: &str, text: &str, folds: &[f64]) {
         let balance = &mass * &acceleration;
         // The smallest lambda takes singular values of J squared.
         let weakest = solution.spectrum[solution.rank - 1];
-        let off = (&pushed - &balance).amax() / balance.amax();
+        let off = largest(&(&pushed - &balance)) / largest(&balance);
         worst_balance = keep_largest(worst_balance, off * weakest * weakest);
 
         worst_speed = keep_largest(worst_speed, speeds_off(text, &system, &q, mass, &mut random));
