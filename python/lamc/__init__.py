@@ -9,9 +9,13 @@
 All numbers are in SI units and radians.
 """
 
+from importlib.metadata import version
+
 from ._lamc import Error
 from ._model import Equilibrium, Equations, Fit, Jacobian, Model, Modes, load
 from ._motion import Motion, SimulationError
+
+__version__ = version("lamc")
 
 __all__ = [
     "Equations",

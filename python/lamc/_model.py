@@ -17,12 +17,14 @@ from . import _command, _lamc
 from ._motion import Motion, SimulationError, frame
 
 Array = NDArray[np.float64]
-Controller = Callable[[float, Array, Array], Sequence[float] | Mapping[str, float] | float]
+Controller = Callable[[float, Array, Array], "Sequence[float] | Mapping[str, float] | Array | float"]
 
 
 @dataclass(frozen=True)
 class Equations:
-    """M du/dt = f + J^T lambda with J du/dt = -gamma. A leading axis is that of the states, if there were several."""
+    """M du/dt = f + J^T lambda with J du/dt = -gamma; lambda are the closure forces. The torques of motors at driven joints
+    come on the right-hand side, too (:meth:`Model.motor_torques`). A leading axis is that of the states, if there were
+    several."""
 
     mass: Array
     """M (N, N), kg m^2."""
@@ -36,7 +38,8 @@ class Equations:
 
 @dataclass(frozen=True)
 class Jacobian:
-    """Derivatives of a = du/dt. A leading axis is that of the states, if there were several."""
+    """Derivatives of a = du/dt, valid along directions in which the loops stay closed. Of redundant loops, other directions mean
+    nothing. A leading axis is that of the states, if there were several."""
 
     acceleration: Array
     """a (N), rad/s^2."""
@@ -70,7 +73,11 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Modes:
-    """Small motions about a state of rest: dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z, d = mobility."""
+    """Small motions about a state of rest: dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z.
+
+    z are the d directions in which the loops let the joints move there: as many as the mobility, more in a singular state,
+    fewer where joints are driven. T is scaled so that the mass matrix of z is the identity.
+    """
 
     equilibrium: Equilibrium
     """The state of rest."""
@@ -122,8 +129,9 @@ def load(
 
     Args:
         source: The path of a model (lamc's YAML or a popupCAD file), its text (with at least one line break), or
-            the same as a dictionary.
-        inputs: Inputs to replace by formulas of t and the parameters, such as ``{"motor": "0.002*sin(20*t)"}``.
+            the same as a dictionary. Drawings of a text or a dictionary are looked for in the current folder.
+        inputs: Inputs to replace by formulas of t and the parameters, such as ``{"motor": "0.002*sin(20*t)"}``. What
+            :attr:`Motion.inputs` says of them has no meaning.
         lock: Joints to hold at an angle, rad.
         cache: Whether the cache on disk may be used.
 
@@ -132,7 +140,7 @@ def load(
     """
     if isinstance(source, Mapping):
         # JSON is YAML.
-        text: str | None = json.dumps(source, indent=2)
+        text: str | None = json.dumps(source, indent=2, default=_plain)
         path = "-"
     elif isinstance(source, str) and "\n" in source:
         text, path = source, "-"
@@ -185,6 +193,7 @@ class Model:
         """Joints that follow a prescribed angle."""
         self.size: float = about["size"]
         """Diagonal of the flat bounding box, m."""
+        self._rows: int = about["rows"]
         self._initial = about["initial_q"], about["initial_u"], about["pinned"]
 
     # -- parameters ---------------------------------------------------------------------------------------------
@@ -197,8 +206,7 @@ class Model:
         """
         values = {name: float(value) for name, value in parameters.items()}
         native, found = self._native.with_parameters(values)
-        for warning in found:
-            warnings.warn(warning, stacklevel=2)
+        self._warn(found)
         return Model(native, {**self._changed, **values}, self._formulas)
 
     # -- what follows from states -------------------------------------------------------------------------------
@@ -208,8 +216,8 @@ class Model:
     ) -> Array:
         """Returns du/dt (N), rad/s^2.
 
-        Next to a singular state, where it depends on more digits than states usually have, it is that of the nearest
-        closed state.
+        Next to a singular state, such as the flat one, the smallest opening of the loops changes it much; there it is that of
+        the nearest closed state.
 
         Args:
             q: Angles (N), rad.
@@ -224,11 +232,21 @@ class Model:
     def reactions(
         self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
     ) -> Array:
-        """Returns what each hinge transmits (N, 6): force, N, and moment about the origin, N m, in the base frame,
-        as ``lamc eval`` reports it."""
+        """Returns what the first body of each joint exerts on the second (N, 6): the force, N, and the moment about the first
+        point of the hinge line, N m, in a frame fixed to the second body: x along the hinge line, z normal to the flat
+        sheet."""
         states, several = self._states(q, u, t, inputs)
         _, _, reactions = self._native.reactions(states)
         return _shaped(reactions, states, several, len(self.joints), 6)
+
+    def motor_torques(
+        self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
+    ) -> Array:
+        """Returns the torques that hold driven joints to their angles (driven), N m, in the order of :attr:`driven`."""
+        states, several = self._states(q, u, t, inputs)
+        _, forces, _ = self._native.reactions(states)
+        forces = _shaped(forces, states, several, self._rows + len(self.driven))
+        return forces[..., self._rows :]
 
     def equations(
         self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
@@ -236,7 +254,7 @@ class Model:
         """Returns the matrices of Kane's equations and of the closure."""
         states, several = self._states(q, u, t, inputs)
         mass, forcing, jacobian, gamma = self._native.equations(states)
-        n, rows = len(self.joints), _rows(gamma, states)
+        n, rows = len(self.joints), self._rows
         return Equations(
             _shaped(mass, states, several, n, n),
             _shaped(forcing, states, several, n),
@@ -258,7 +276,7 @@ class Model:
     def jacobian(
         self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
     ) -> Jacobian:
-        """Returns du/dt with its derivatives by q, u and t."""
+        """Returns du/dt with its derivatives by q, u and t, along closed directions (:class:`Jacobian`)."""
         states, several = self._states(q, u, t, inputs)
         acceleration, dq, du, dt = self._native.jacobian(states)
         n = len(self.joints)
@@ -309,8 +327,10 @@ class Model:
             dt: Length of a step, s.
             t: Time at the start, s.
             inputs: Inputs, held during all steps, SI.
-            steps: Number of steps.
+            steps: Number of steps, at least 1.
         """
+        if steps < 1 or steps != int(steps):
+            raise _lamc.Error(f"`steps` must be a whole number from 1 on, not {steps}")
         states, several = self._states(q, u, t, inputs)
         moved, speeds = self._native.step(states, float(dt), int(steps))
         n = len(self.joints)
@@ -331,19 +351,38 @@ class Model:
         Raises:
             Error: No closed state was found.
         """
+        q, rates, found = self._closed(guess, u)
+        # Whoever gives speeds asks for the consistent ones.
+        if u is None:
+            self._warn(found)
+        return q, rates
+
+    def _closed(
+        self, guess: Mapping[str, float] | ArrayLike | None, u: ArrayLike | None
+    ) -> tuple[Array, Array, list[str]]:
+        """As :meth:`assemble`, with the warnings."""
         q, speeds, pinned = (list(values) for values in self._initial)
         if isinstance(guess, Mapping):
             pinned = [False] * len(q)
             for k, angle in zip(self._indices(guess), guess.values()):
+                name, (least, greatest) = self.joints[k], self.limits[k]
+                if name in self.driven:
+                    raise _lamc.Error(f"`{name}` is driven: its angle is prescribed")
+                if not least <= angle <= greatest:
+                    raise _lamc.Error(
+                        f"{angle} rad is outside the limits of `{name}`: {least} .. {greatest} rad"
+                    )
                 q[k], pinned[k] = float(angle), True
         elif guess is not None:
             q, pinned = self._vector("guess", guess), [False] * len(q)
         if u is not None:
             speeds = self._vector("u", u)
-        closed, rates, found = self._native.assemble(q, speeds, pinned, guess is None)
+        return self._native.assemble(q, speeds, pinned, guess is None)
+
+    def _warn(self, found: Sequence[str]) -> None:
+        """Warns the caller of the method that calls this."""
         for warning in found:
-            warnings.warn(warning, stacklevel=2)
-        return closed, rates
+            warnings.warn(warning, stacklevel=3)
 
     def equilibrium(
         self, guess: Mapping[str, float] | ArrayLike | None = None, inputs: Any = None
@@ -363,10 +402,9 @@ class Model:
         Raises:
             Error: There is no equilibrium.
         """
-        q, _ = self.assemble(guess)
+        q, _, moved = self._closed(guess, None)
         found = self._native.rest(list(q), list(self._held(inputs)))
-        for warning in found["warnings"]:
-            warnings.warn(warning, stacklevel=2)
+        self._warn([*moved, *found["warnings"]])
         n, modes = len(self.joints), found["modes"]
         rest = Equilibrium(
             **{
@@ -404,7 +442,7 @@ class Model:
         initial: Mapping[str, float] | None = None,
         state: tuple[ArrayLike, ArrayLike] | None = None,
         settle: bool = False,
-        inputs: Mapping[str, Any] | Controller | None = None,
+        inputs: Mapping[str, Any] | Controller | Array | None = None,
         tolerance: float = 1e-8,
         method: str = "auto",
         restitution: float = 0.0,
@@ -416,10 +454,11 @@ class Model:
             rate: Samples per second.
             initial: Guesses of initial angles by joint, rad, as for :meth:`assemble`.
             state: (q, u) at the start instead; the loops are closed from there.
-            settle: Begin at the state of rest.
+            settle: Begin at the state of rest near the start, with the inputs of the first sample (0 for functions).
             inputs: By name a number, an array with a value for each sample, or a function ``f(t, q, u)``; or one
-                function that returns all inputs (by name, or in order). Arrays and functions are sampled at ``rate``
-                and held between samples, as a digital controller does. Formulas are an argument of :func:`load`.
+                function that returns all inputs (by name, or in the order of :attr:`inputs`); or an array (S, inputs).
+                Arrays and functions are sampled at ``rate`` and held between samples, as a digital controller does.
+                Formulas are an argument of :func:`load`.
             tolerance: Error allowed per step, relative and absolute.
             method: ``auto``, ``dopri5`` (explicit) or ``rodas`` (implicit).
             restitution: Share of its speed with which a joint leaves a stop.
@@ -433,12 +472,15 @@ class Model:
                 raise ValueError(f"`{name}` must be a positive number, not {value}")
         if state is not None and initial is not None:
             raise ValueError("give either `state` or `initial`")
-        times = np.minimum(np.arange(np.ceil(duration * rate) + 1) / rate, duration)
+        # What is a whole number of samples but for rounding has no further one.
+        count = np.ceil(duration * rate * (1 - 1e-12))
+        times = np.minimum(np.arange(count + 1) / rate, duration)
         held, changing = self._schedule(inputs, len(times))
         if state is not None:
-            q, u = self.assemble(state[0], state[1])
+            q, u, found = self._closed(state[0], state[1])
         else:
-            q, u = self.assemble(initial)
+            q, u, found = self._closed(initial, None)
+        self._warn(found)
         if settle:
             q = self._native.rest(list(q), held)["q"]
             u = np.zeros_like(u)
@@ -455,8 +497,7 @@ class Model:
                 "may_unfold": state is None and not settle,
             }
         )
-        for warning in found:
-            warnings.warn(warning, stacklevel=2)
+        self._warn(found)
         motion = Motion(native, self)
         if failure is not None:
             raise SimulationError(failure, motion)
@@ -547,6 +588,8 @@ class Model:
     ) -> None:
         """Writes the C module and its header, by default beside it under the same name with ``.h``."""
         beside = Path(header) if header is not None else Path(path).with_suffix(".h")
+        if beside == Path(path):
+            raise _lamc.Error(f"the module and its header cannot both be `{beside}`")
         source, declarations = self._native.c(scalar, beside.name, _list(functions))
         _write(path, source)
         _write(beside, declarations)
@@ -636,20 +679,29 @@ class Model:
             raise _lamc.Error(f"`q` has the shape {angles.shape}, not ({n},) or (S, {n})")
         held, times = self._held(inputs), np.asarray(t, dtype=float)
         speeds = np.zeros(n) if u is None else np.asarray(u, dtype=float)
-        several = angles.ndim == 2 or speeds.ndim == 2 or held.ndim == 2 or times.ndim == 1
-        count = np.broadcast_shapes(
-            angles.shape[:-1], speeds.shape[:-1], held.shape[:-1], times.shape
-        )
-        rows = count[0] if count else 1
-        try:
-            return (
-                np.ascontiguousarray(np.broadcast_to(times, (rows,))),
-                np.ascontiguousarray(np.broadcast_to(angles, (rows, n))),
-                np.ascontiguousarray(np.broadcast_to(speeds, (rows, n))),
-                np.ascontiguousarray(np.broadcast_to(held, (rows, len(self.inputs)))),
-            ), several
-        except ValueError:
-            raise _lamc.Error(f"`u` has the shape {speeds.shape}, not ({n},) or (S, {n})") from None
+        if speeds.ndim not in (1, 2) or speeds.shape[-1] != n:
+            raise _lamc.Error(f"`u` has the shape {speeds.shape}, not ({n},) or (S, {n})")
+        if times.ndim > 1:
+            raise _lamc.Error(f"`t` has the shape {times.shape}, not () or (S,)")
+        if held.ndim > 2:
+            raise _lamc.Error(f"`inputs` has the shape {held.shape}, not ({len(self.inputs)},) or (S, ..)")
+        leading = {
+            "q": angles.shape[:-1],
+            "u": speeds.shape[:-1],
+            "t": times.shape,
+            "inputs": held.shape[:-1],
+        }
+        counts = {shape[0] for shape in leading.values() if shape}
+        if len(counts) > 1:
+            there = ", ".join(f"`{name}` {shape[0]}" for name, shape in leading.items() if shape)
+            raise _lamc.Error(f"the numbers of states differ: {there}")
+        rows = counts.pop() if counts else 1
+        return (
+            np.ascontiguousarray(np.broadcast_to(times, (rows,))),
+            np.ascontiguousarray(np.broadcast_to(angles, (rows, n))),
+            np.ascontiguousarray(np.broadcast_to(speeds, (rows, n))),
+            np.ascontiguousarray(np.broadcast_to(held, (rows, len(self.inputs)))),
+        ), any(leading.values())
 
     def _schedule(self, inputs: Any, samples: int) -> tuple[list[float], Any]:
         """Inputs that are held throughout, and what changes them: an array (samples, inputs) or a function."""
@@ -658,7 +710,12 @@ class Model:
         if inputs is None:
             return [0.0] * len(self.inputs), None
         if not isinstance(inputs, Mapping):
-            raise _lamc.Error("`inputs` is neither a mapping by name nor a function")
+            table = np.ascontiguousarray(inputs, dtype=float)
+            if table.shape != (samples, len(self.inputs)):
+                raise _lamc.Error(
+                    f"`inputs` has the shape {table.shape}, not ({samples}, {len(self.inputs)}): a row for each sample"
+                )
+            return table[0].tolist(), table
         values = self._ordered(inputs)
         zero = np.zeros(())
         columns = [zero if callable(value) else np.asarray(value, dtype=float) for value in values]
@@ -676,7 +733,7 @@ class Model:
         def call(sample: int, t: float, q: Array, u: Array) -> list[float]:
             row = table[sample]
             return [
-                float(value(t, q, u)) if callable(value) else float(row[k])
+                np.asarray(value(t, q, u), dtype=float).item() if callable(value) else float(row[k])
                 for k, value in enumerate(values)
             ]
 
@@ -705,8 +762,13 @@ def _write(path: str | os.PathLike[str], text: str) -> None:
     Path(path).write_text(text, encoding="utf-8")
 
 
-def _rows(numbers: Array, states: _lamc.States) -> int:
-    return len(numbers) // max(1, len(states[0]))
+def _plain(value: Any) -> Any:
+    """A value of NumPy or a path, for JSON."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise _lamc.Error(f"a model cannot have {value!r}")
 
 
 def _shaped(numbers: Array, states: _lamc.States, several: bool, *shape: int) -> Array:

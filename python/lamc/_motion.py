@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,9 +14,10 @@ from numpy.typing import NDArray
 from . import _lamc
 
 if TYPE_CHECKING:
-    import matplotlib.figure
     import pandas
     import xarray
+
+    from matplotlib.axes import Axes
 
     from ._model import Model
 
@@ -26,12 +28,16 @@ class SimulationError(_lamc.Error):
     """A simulation ended early.
 
     Attributes:
-        motion: What was recorded until then.
+        motion: What was recorded until then; ``None`` in an error that comes from another process.
     """
 
-    def __init__(self, reason: str, motion: Motion) -> None:
+    def __init__(self, reason: str, motion: Motion | None) -> None:
         super().__init__(reason)
         self.motion = motion
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A motion is not pickled: what is left of the error is its reason.
+        return SimulationError, (str(self), None)
 
 
 class Motion:
@@ -120,16 +126,18 @@ class Motion:
         return self._native.complete
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Returns a table by time: angles under the names of the joints, speeds as ``u.joint``, points as
-        ``point.x``, energies, inputs."""
+        """Returns a table by time with the columns ``q.joint``, ``u.joint``, ``point.name.x``, ``input.name``,
+        ``kinetic_energy`` and ``potential_energy``."""
         import pandas
 
         joints = self.model.joints
-        columns: dict[str, Array] = {name: self.q[:, k] for k, name in enumerate(joints)}
+        columns: dict[str, Array] = {f"q.{name}": self.q[:, k] for k, name in enumerate(joints)}
         columns.update({f"u.{name}": self.u[:, k] for k, name in enumerate(joints)})
         for k, name in enumerate(self.model.points):
-            columns.update({f"{name}.{axis}": self.points[:, k, i] for i, axis in enumerate("xyz")})
-        columns.update({name: self.inputs[:, k] for k, name in enumerate(self.model.inputs)})
+            columns.update(
+                {f"point.{name}.{axis}": self.points[:, k, i] for i, axis in enumerate("xyz")}
+            )
+        columns.update({f"input.{name}": self.inputs[:, k] for k, name in enumerate(self.model.inputs)})
         columns["kinetic_energy"] = self.kinetic_energy
         columns["potential_energy"] = self.potential_energy
         return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t"))
@@ -162,20 +170,21 @@ class Motion:
             attrs={"model": self.model.name},
         )
 
-    def plot(self, joints: list[str] | None = None) -> matplotlib.figure.Figure:
-        """Draws angles, speeds and energies over time.
+    def plot(self, joints: Sequence[str] | None = None) -> tuple[Axes, Axes, Axes]:
+        """Draws angles, speeds and energies over time, with pyplot.
 
         Args:
             joints: Joints to draw. By default all.
 
         Returns:
-            A figure of matplotlib with three axes.
+            The three axes; ``axes[0].figure.savefig(..)`` writes them.
         """
-        from matplotlib.figure import Figure
+        import matplotlib.pyplot as plt
 
         chosen = self.model._indices(self.model.joints if joints is None else joints)
-        figure = Figure(figsize=(7, 7), layout="constrained")
-        angles, speeds, energies = figure.subplots(3, sharex=True)
+        _, (angles, speeds, energies) = plt.subplots(
+            3, sharex=True, figsize=(7, 7), layout="constrained"
+        )
         for k in chosen:
             angles.plot(self.t, np.degrees(self.q[:, k]), label=self.model.joints[k])
             speeds.plot(self.t, np.degrees(self.u[:, k]))
@@ -189,7 +198,7 @@ class Motion:
         if len(chosen) <= 12:
             angles.legend(ncols=2)
         energies.legend()
-        return figure
+        return angles, speeds, energies
 
     def html(self) -> str:
         """Returns the viewer as one HTML page that needs nothing else."""
@@ -207,7 +216,7 @@ class Motion:
             The path.
         """
         path = Path(path)
-        match path.suffix:
+        match path.suffix.lower():
             case ".mp4":
                 path.write_bytes(self._native.mp4(speed, size))
             case ".png":

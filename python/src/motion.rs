@@ -18,6 +18,9 @@ use crate::states::array;
 /// Pictures per second of a video.
 const RATE: NonZeroU32 = NonZeroU32::new(30).unwrap();
 
+/// Most pictures of a video: an hour.
+const MOST_PICTURES: f64 = 1e5;
+
 /// A recorded motion.
 #[pyclass(frozen, module = "lamc._lamc")]
 pub struct Motion {
@@ -27,6 +30,17 @@ pub struct Motion {
     pub inputs: Vec<f64>,
     /// Steps of the explicit and of the implicit method.
     pub steps: [usize; 2],
+}
+
+/// Refuses pictures that cannot be drawn.
+fn check(size: [usize; 2], speed: f64) -> PyResult<()> {
+    if !size.iter().all(|pixels| (16..=4096).contains(pixels)) {
+        return Err(error("`size` must be two numbers of pixels, each 16 to 4096"));
+    }
+    if !(speed.is_finite() && speed > 0.0) {
+        return Err(error("`speed` must be a positive number"));
+    }
+    Ok(())
 }
 
 impl Motion {
@@ -99,6 +113,10 @@ impl Motion {
 
     /// A picture at a time, s, as PNG.
     fn png<'py>(&self, py: Python<'py>, t: f64, size: [usize; 2]) -> PyResult<Bound<'py, PyBytes>> {
+        check(size, 1.0)?;
+        if self.recorded.samples.is_empty() {
+            return Err(error("there is no motion"));
+        }
         let bytes = py.detach(|| {
             let scene = Scene::new(&self.compiled.topology.mechanism);
             let mut renderer = Renderer::new(&scene, &self.recorded, View::default(), size);
@@ -119,7 +137,12 @@ impl Motion {
         else {
             return Err(error("there is no motion"));
         };
-        let count = ((last.t - first.t) / speed * f64::from(RATE.get())).floor() as usize;
+        check(size, speed)?;
+        let count = ((last.t - first.t) / speed * f64::from(RATE.get())).floor();
+        if count > MOST_PICTURES {
+            return Err(error(format_args!("{count} pictures are too many: raise `speed`")));
+        }
+        let count = count as usize;
         let bytes = py.detach(|| {
             let scene = Scene::new(&self.compiled.topology.mechanism);
             let mut renderer = Renderer::new(&scene, &self.recorded, View::default(), size);

@@ -26,8 +26,9 @@ impl Program {
         let system = self.system();
         let topology = &self.compiled.topology;
         let asked = Asked { state: State { t: 0.0, q, u }, pinned, is_folded };
-        let (state, warnings) =
-            py.detach(move || start(topology, &system, &asked)).map_err(error)?;
+        let mut warnings = Vec::new();
+        let tell = |warning| warnings.push(warning);
+        let state = py.detach(move || start(topology, &system, &asked, tell)).map_err(error)?;
         Ok((array(py, &state.q), array(py, &state.u), warnings))
     }
 

@@ -51,6 +51,9 @@ impl Request<'_> {
                 return Err(error(format_args!("`{other}` is not one of auto, dopri5, rodas")));
             }
         };
+        if !(0.0..=1.0).contains(&self.restitution) {
+            return Err(error("`restitution` must lie between 0 and 1"));
+        }
         let duration = self.times.last().copied().unwrap_or_default();
         Ok(Settings { method, duration, tolerance: self.tolerance, restitution: self.restitution })
     }

@@ -1,7 +1,5 @@
 //! What follows from states: arrays in, arrays out, a row for each state.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use lamc_runtime::plumbing::{Balance, EquationsMut};
 use lamc_runtime::{
     Error as RuntimeError, JacobianMut, Mechanism as _, Rk4, acceleration_and_forces, jacobian,
@@ -10,6 +8,7 @@ use lamc_runtime::{
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray as _};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
 use crate::error;
@@ -41,6 +40,9 @@ struct State<'a> {
     u: &'a [f64],
 }
 
+/// Rows between two looks at whether Python has been interrupted.
+const PATIENCE: usize = 1 << 14;
+
 /// Flat arrays.
 type Outputs<'py> = Vec<Bound<'py, PyArray1<f64>>>;
 
@@ -67,37 +69,39 @@ fn each<'py>(
             return Err(error(format_args!("`{name}` has {given} numbers, not {expected}")));
         }
     }
-    let mut outputs: Vec<Vec<f64>> =
-        widths.iter().map(|width| vec![f64::NAN; count * width]).collect();
-    let reached = AtomicUsize::new(0);
-    let (outcome, outputs) = py.detach(|| {
-        let mut room = system.workspace();
-        let mut all = || {
-            for row in 0..count {
-                if inputs > 0 {
-                    system.set_inputs(&held[row * inputs..][..inputs]);
-                }
-                reached.store(row, Ordering::Relaxed);
-                let state = State { row, t: t[row], q: &q[row * n..][..n], u: &u[row * n..][..n] };
-                evaluate(&system, &state, &mut room, &mut outputs)?;
-            }
-            Ok(())
-        };
-        let outcome: Result<(), RuntimeError> = all();
-        (outcome, outputs)
-    });
-    if let Err(failure) = outcome {
-        let row = reached.into_inner();
-        return Err(error(format_args!(
-            "state {row}: {}",
-            describe(&failure, program.interface())
-        )));
+    let mut outputs = Vec::new();
+    for width in widths {
+        outputs.push(room_for(count.checked_mul(*width))?);
     }
+    let outputs = py.detach(|| {
+        let mut room = system.workspace();
+        for row in 0..count {
+            if row % PATIENCE == PATIENCE - 1 {
+                Python::attach(|py| py.check_signals())?;
+            }
+            if inputs > 0 {
+                system.set_inputs(&held[row * inputs..][..inputs]);
+            }
+            let state = State { row, t: t[row], q: &q[row * n..][..n], u: &u[row * n..][..n] };
+            evaluate(&system, &state, &mut room, &mut outputs).map_err(|failure| {
+                error(format_args!("state {row}: {}", describe(&failure, program.interface())))
+            })?;
+        }
+        PyResult::Ok(outputs)
+    })?;
     Ok(outputs.into_iter().map(|numbers| PyArray1::from_vec(py, numbers)).collect())
 }
 
-/// du/dt and the multipliers. Where the acceleration depends on more digits than states usually have, it is that of the
-/// nearest closed state.
+/// So many numbers, or Python's error that there is no memory for them.
+fn room_for(count: Option<usize>) -> PyResult<Vec<f64>> {
+    let none = || PyMemoryError::new_err("the results do not fit in memory");
+    let (count, mut room) = (count.ok_or_else(none)?, Vec::new());
+    room.try_reserve_exact(count).map_err(|_| none())?;
+    room.resize(count, f64::NAN);
+    Ok(room)
+}
+
+/// du/dt and the multipliers. Next to a singular state, they are those of the nearest closed state.
 fn solve(
     system: &Jit,
     state: &State<'_>,

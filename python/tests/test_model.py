@@ -251,6 +251,51 @@ def test_arguments_that_do_not_fit(pendulum: lamc.Model) -> None:
         pendulum.acceleration([[0.0], [np.nan]])
     with pytest.raises(ValueError, match="duration"):
         pendulum.simulate(-1.0)
+    with pytest.raises(lamc.Error, match="the numbers of states differ: `q` 3, `t` 4"):
+        pendulum.acceleration(np.zeros((3, 1)), t=np.zeros(4))
+    with pytest.raises(lamc.Error, match="between 0 and 1"):
+        pendulum.simulate(0.1, restitution=2.0)
+    with pytest.raises(lamc.Error, match="whole number from 1 on"):
+        pendulum.step([0.0], [0.0], 1e-3, steps=0)
+    motion = pendulum.simulate(0.1)
+    for size in ((2**62, 2), (8, 8)):
+        with pytest.raises(lamc.Error, match="16 to 4096"):
+            motion.animate("x.png", size=size)
+    for speed in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(lamc.Error, match="positive number"):
+            motion.animate("x.mp4", speed=speed)
+
+
+def test_samples_end_once(pendulum: lamc.Model) -> None:
+    for duration, rate in ((0.07, 100), (0.55, 100), (0.14, 50), (0.3, 10), (0.105, 100)):
+        t = pendulum.simulate(duration, rate, inputs={"motor": 0.0}).t
+        assert (np.diff(t) > 1e-6).all() and t[-1] == duration
+
+
+def test_no_states(pendulum: lamc.Model, sixbar: lamc.Model) -> None:
+    none = np.zeros((0, 6))
+    assert sixbar.acceleration(none).shape == (0, 6)
+    found = sixbar.equations(none)
+    rows = sixbar.equations(sixbar.assemble()[0]).gamma.shape[0]
+    assert found.jacobian.shape == (0, rows, 6) and found.gamma.shape == (0, rows)
+
+
+def test_a_motor_that_drives_a_joint() -> None:
+    driven = json.loads(json.dumps(PENDULUM))
+    driven["joints"]["hinge"] = {
+        "bodies": ["base", "rod"],
+        "axis": [[0, 0], [1, 0]],
+        "drive": "0.5*sin(10*t)",
+    }
+    driven["inputs"], driven["parameters"] = [], {}
+    model = lamc.load(driven)
+    t = np.linspace(0, 1, 11)
+    q, u = 0.5 * np.sin(10 * t)[:, None], 5 * np.cos(10 * t)[:, None]
+    torque = model.motor_torques(q, u, t)
+    assert model.driven == ["hinge"] and torque.shape == (11, 1)
+    assert_allclose(torque, -INERTIA * 50 * np.sin(10 * t)[:, None], atol=1e-15)
+    with pytest.raises(lamc.Error, match="is driven"):
+        model.assemble({"hinge": 0.3})
 
 
 def test_damaged_bytes_are_refused(pendulum: lamc.Model) -> None:
@@ -295,11 +340,11 @@ def test_threads(sixbar: lamc.Model) -> None:
 def test_tables_pictures_and_pages(pendulum: lamc.Model, tmp_path: Path) -> None:
     motion = pendulum.with_(k=2e-4).simulate(0.2, 50, initial={"hinge": 0.3})
     table = motion.to_pandas()
-    assert_allclose(table["hinge"], motion.q[:, 0])
-    assert_allclose(table["tip.y"], motion.points[:, 0, 1])
+    assert_allclose(table["q.hinge"], motion.q[:, 0])
+    assert_allclose(table["point.tip.y"], motion.points[:, 0, 1])
     dataset = motion.to_xarray()
     assert_allclose(dataset.q.sel(joint="hinge"), motion.q[:, 0])
-    assert len(motion.plot().axes) == 3
+    assert len(motion.plot()) == 3
     for shown in (motion._repr_html_(), pendulum._repr_html_()):
         assert shown.startswith("<iframe srcdoc=") and "http://" not in shown.split("srcdoc")[0]
     assert motion.animate(tmp_path / "m.mp4", size=(64, 48)).read_bytes()[4:8] == b"ftyp"

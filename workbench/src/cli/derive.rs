@@ -35,7 +35,8 @@ pub fn run(arguments: Arguments) -> Outcome {
     };
     if let Some(setting) = input.iter().find(is_number) {
         return Err(misused(format_args!(
-            "`--input {setting}`: an input stays one in the bytes; its value is given to whoever runs the model"
+            "`--input {setting}`: a number is given when the model runs (in Python to `simulate`); here an input can \
+             become a formula"
         )));
     }
     output::probe(&path)?;

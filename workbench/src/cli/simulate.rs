@@ -124,7 +124,8 @@ impl Arguments {
 
     /// Samples after the first.
     fn samples(&self, system: &Jit) -> Result<usize, Failed> {
-        let samples = (self.duration * self.rate).ceil();
+        // What is a whole number but for rounding has no further sample.
+        let samples = (self.duration * self.rate * (1.0 - 1e-12)).ceil();
         let d = system.dimensions();
         let numbers = 4 + 3 * d.coordinates + 3 * d.points + 12 * d.bodies;
         if samples * numbers as f64 > MOST_NUMBERS {

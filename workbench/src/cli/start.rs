@@ -187,10 +187,7 @@ impl Start {
         }
         let _busy = Busy::new("closing the loops");
         let asked = Asked { state, pinned, is_folded: self.initial.is_empty() };
-        let (state, warnings) =
-            simulation::start(&compiled.topology, system, &asked).map_err(fail)?;
-        warnings.iter().for_each(warn);
-        Ok(state)
+        simulation::start(&compiled.topology, system, &asked, warn).map_err(fail)
     }
 }
 

@@ -32,7 +32,7 @@ pub struct Asked {
     pub is_folded: bool,
 }
 
-/// The closed state nearest to what is asked, at consistent speeds, with warnings.
+/// The closed state nearest to what is asked, at consistent speeds; `warn` is told where it differs.
 ///
 /// # Errors
 /// No closed state was found, or a loop is loose that cannot move ([`loose_rigid_loop`]); the text says so.
@@ -40,7 +40,8 @@ pub fn start(
     topology: &Topology,
     system: &Jit,
     asked: &Asked,
-) -> Result<(State<Vec<f64>, f64>, Vec<String>), String> {
+    mut warn: impl FnMut(String),
+) -> Result<State<Vec<f64>, f64>, String> {
     let interface = system.interface();
     let Asked { state: wanted, pinned, is_folded } = asked;
     let mut state = wanted.clone();
@@ -49,16 +50,16 @@ pub fn start(
         let reason = describe(&error, interface);
         format!("no closed configuration near the initial one: {reason}")
     })?;
-    let mut warnings = moves(interface, pinned, &wanted.q, &state.q);
+    moves(interface, pinned, &wanted.q, &state.q).into_iter().for_each(&mut warn);
     if *is_folded {
-        warnings.extend(lost_fold(interface, pinned, &wanted.q, &state.q));
+        lost_fold(interface, pinned, &wanted.q, &state.q).into_iter().for_each(&mut warn);
     }
     project(system, state.t, &mut state.q, &mut state.u, &mut workspace)
         .map_err(|error| describe(&error, interface))?;
-    warnings.extend(speeds(interface, &wanted.u, &state.u));
+    speeds(interface, &wanted.u, &state.u).into_iter().for_each(warn);
     match loose_rigid_loop(topology, system, &state.q) {
         Some(found) => Err(found.to_string()),
-        None => Ok((state, warnings)),
+        None => Ok(state),
     }
 }
 
