@@ -193,6 +193,7 @@ class Model:
         """Joints that follow a prescribed angle."""
         self.size: float = about["size"]
         """Diagonal of the flat bounding box, m."""
+        self._no_inputs = np.zeros((1, len(self.inputs)))
         self._rows: int = about["rows"]
         self._initial = about["initial_q"], about["initial_u"], about["pinned"]
 
@@ -675,6 +676,11 @@ class Model:
         """The arguments as contiguous rows, and whether there was an axis of states."""
         n = len(self.joints)
         angles = np.asarray(q, dtype=float)
+        if inputs is None and isinstance(u, np.ndarray) and isinstance(t, float):
+            # One state, as an integrator asks for it: this is most of the time of such a call.
+            if angles.shape == u.shape == (n,) and u.dtype == angles.dtype:
+                rows = np.array([t]), np.ascontiguousarray(angles)[None], np.ascontiguousarray(u)[None]
+                return (*rows, self._no_inputs), False
         if angles.ndim not in (1, 2) or angles.shape[-1] != n:
             raise _lamc.Error(f"`q` has the shape {angles.shape}, not ({n},) or (S, {n})")
         held, times = self._held(inputs), np.asarray(t, dtype=float)
