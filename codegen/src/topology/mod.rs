@@ -99,8 +99,19 @@ const PIVOTS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
 /// Loops are open that are open by more than this, over their length, next to the file's guess.
 const OPEN: f64 = 1e-10;
 
+/// Shares of the finished fold near which a folded state is looked for, where the file's guess leads to none.
+const SHARES: [f64; 3] = [0.1, 0.05, 0.2];
+
+/// States of a walk along the fold, and the angles of each over those of the one before.
+const STEPS: usize = 7;
+const STEP: f64 = 1.3;
+
+/// A joint with a fold is folded if it is bent by this share of the guess, in its direction.
+const BENT: f64 = 0.05;
+
 /// Returns the joints after a small movement within the drawing's tolerance with which vertices move
-/// that lock each other as drawn; nothing if they do not, or if the file has no guess of a folded state.
+/// that lock each other as drawn; nothing if they do not, or if no folded state is known: neither a guess nor
+/// the angles of a finished fold.
 fn unlocked(
     mechanism: &Mechanism,
     drawn: &[Joint],
@@ -115,21 +126,55 @@ fn unlocked(
     let vertices: Vec<Vertex> = vertices.collect::<Option<_>>()?;
     let joints: Vec<JointId> = (0..mechanism.joints.len()).map(JointId).collect();
     let closure = Closure::new(mechanism, nodes, chosen(loops, &moving), joints.clone());
-    let guess = guess(mechanism, &closure);
-    if guess.amax() == 0.0 {
-        return None;
-    }
-    PIVOTS.iter().find_map(|&small| {
-        let states = FOLDS.map(|fold| mobility::nearly_closed(&closure, &(&guess * fold), small));
-        if closure.largest_residual(&states[0]) <= OPEN {
-            return None;
+    let folds = mechanism.joints.iter().map(|joint| joint.fold.unwrap_or_default());
+    let folds = DVector::from_iterator(joints.len(), folds);
+    let shares = SHARES.map(|share| &folds * share);
+    let guesses = std::iter::once(guess(mechanism, &closure)).chain(shares);
+    for guess in guesses.filter(|guess| guess.amax() > 0.0) {
+        for small in PIVOTS {
+            let states =
+                FOLDS.map(|fold| mobility::nearly_closed(&closure, &(&guess * fold), small));
+            let is_folded = |state: &DVector<f64>| is_folded(&folds, &guess, state);
+            if !is_folded(&states[0]) {
+                continue;
+            }
+            if closure.largest_residual(&states[0]) <= OPEN {
+                return None;
+            }
+            let Some(lines) = rounded::unlocked(mechanism, drawn, &vertices, &states, small) else {
+                continue;
+            };
+            let moved = Mechanism { joints: lines, ..mechanism.clone() };
+            let closure = Closure::new(&moved, nodes, chosen(loops, &moving), joints.clone());
+            let state = mobility::nearly_closed(&closure, &guess, small);
+            if closure.largest_residual(&state) > OPEN || !is_folded(&state) {
+                continue;
+            }
+            if folds.amax() == 0.0 {
+                return Some(moved.joints);
+            }
+            // States that are folded farther determine the lines better: what is left is far below the tolerance.
+            let mut farther = vec![state];
+            while farther.len() < STEPS {
+                let next = &farther[farther.len() - 1] * STEP;
+                farther.push(mobility::nearly_closed(&closure, &next, small));
+            }
+            let better = farther.iter().rev().find_map(|guess| {
+                let states =
+                    FOLDS.map(|fold| mobility::nearly_closed(&closure, &(guess * fold), small));
+                rounded::unlocked(&moved, &moved.joints, &vertices, &states, small)
+            });
+            return Some(better.unwrap_or(moved.joints));
         }
-        let moved = rounded::unlocked(mechanism, drawn, &vertices, &states, small)?;
-        let mechanism = Mechanism { joints: moved, ..mechanism.clone() };
-        let closure = Closure::new(&mechanism, nodes, chosen(loops, &moving), joints.clone());
-        let state = mobility::nearly_closed(&closure, &guess, small);
-        (closure.largest_residual(&state) <= OPEN).then_some(mechanism.joints)
-    })
+    }
+    None
+}
+
+/// Whether every joint with a fold is bent in its direction, as far as the guess tells. Far from closed states, the
+/// search may end at one in which the sheet is bent along some straight creases only.
+fn is_folded(folds: &DVector<f64>, guess: &DVector<f64>, state: &DVector<f64>) -> bool {
+    let mut joints = folds.iter().zip(guess).zip(state).filter(|((fold, _), _)| **fold != 0.0);
+    joints.all(|((fold, guess), state)| state * fold.signum() >= BENT * guess * fold.signum())
 }
 
 /// Returns a spherical loop as a vertex: its hinges in order, along one side and back along the other.

@@ -31,8 +31,8 @@ const LONGEST: f64 = 0.1;
 const CONVERGED: f64 = 1e-8;
 /// A joint that is held may be this far from its bound, rad: the force on it over its weight.
 const OFF: f64 = 1e-6;
-/// Loops are closed up to this, over the sheet's size.
-pub const CLOSED: f64 = 1e-11;
+/// Loops are closed up to this, over the sheet's size: what a rounded drawing leaves, as for the projection of motions.
+pub const CLOSED: f64 = 1e-9;
 /// A joint is pulled away from its bound by more than this, rad: the multipliers have rounding errors of 1e-16 over
 /// the proximity of the equations, and a joint that is let go too early would return at once.
 const PULL: f64 = 1e-4;

@@ -35,7 +35,7 @@ const CLOSED: f64 = 5e-12;
 const STEPS: usize = 60;
 const ROUNDS: usize = 8;
 /// Steps in a row that do not help before the search ends.
-const MOST_STALLED: usize = 4;
+const MOST_STALLED: usize = 12;
 
 /// A vertex: its lines in their order around it, each with the sense in which its angle turns.
 pub struct Vertex {
