@@ -137,3 +137,85 @@ fn motions_that_lose_or_exchange_energy_are_no_gain() {
         }
     }
 }
+
+/// Number of facets along each side of the sheet below.
+const FACETS: usize = 4;
+
+/// Sector angle of the sheet below, rad.
+const SECTOR: f64 = std::f64::consts::FRAC_PI_3;
+
+/// A sheet of Miura-ori of our own as SVG, turned by an angle in degrees, in millimetres with so many decimals.
+fn miura(degrees: f64, decimals: usize) -> String {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let point = |i: usize, j: usize| {
+        let x = 20.0 * SECTOR.sin() * i as f64;
+        let y = 15.0 * j as f64 + 20.0 * SECTOR.cos() * (i % 2) as f64;
+        [cosine * x - sine * y, sine * x + cosine * y]
+    };
+    let mut text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"200mm\" height=\"200mm\" \
+                    viewBox=\"-100 -50 200 200\">\n"
+        .to_owned();
+    let mut line = |from: [f64; 2], to: [f64; 2], colour: &str| {
+        let [[x1, y1], [x2, y2]] = [from, to];
+        text.push_str(&format!(
+            "<line x1=\"{x1:.decimals$}\" y1=\"{y1:.decimals$}\" x2=\"{x2:.decimals$}\" \
+             y2=\"{y2:.decimals$}\" stroke=\"{colour}\"/>\n"
+        ));
+    };
+    let colour = |is_border: bool, is_mountain: bool| match (is_border, is_mountain) {
+        (true, _) => "black",
+        (false, true) => "red",
+        (false, false) => "blue",
+    };
+    for i in 0..=FACETS {
+        for j in 0..=FACETS {
+            let is_edge = |k: usize| k == 0 || k == FACETS;
+            if i < FACETS {
+                line(point(i, j), point(i + 1, j), colour(is_edge(j), j % 2 == 1));
+            }
+            if j < FACETS {
+                line(point(i, j), point(i, j + 1), colour(is_edge(i), (i + j) % 2 == 0));
+            }
+        }
+    }
+    text + "</svg>\n"
+}
+
+/// Opposite creases of a vertex fold by the same angle, and those of the two pairs by a < b with
+/// tan(a/2) = cos(sector) tan(b/2).
+#[test]
+fn a_rounded_sheet_folds_as_the_exact_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = "units: { length: mm, angle: deg }\nmaterials: { card: { density: 700, thickness: 0.3 } }\n\
+                 layup: [card]\npattern: { file: sheet.svg, crease: { stiffness: 1e-3, damping: 1e-6 } }\n";
+    fs::write(folder.path().join("sheet.yaml"), model).unwrap();
+    for (degrees, decimals) in [(0.0, 2), (11.0, 2), (37.3, 2), (11.0, 3), (37.3, 6)] {
+        fs::write(folder.path().join("sheet.svg"), miura(degrees, decimals)).unwrap();
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_lamc"))
+            .args(["fold", "sheet.yaml", "--to", "50%", "--csv", "sheet.csv"])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let report = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{degrees} deg, {decimals} decimals: {report}");
+        let table = fs::read_to_string(folder.path().join("sheet.csv")).unwrap();
+        let header = table.lines().next().unwrap().split(',');
+        let last = table.lines().last().unwrap().split(',');
+        let angles = header.zip(last).filter(|(name, _)| name.starts_with("q."));
+        let halves = angles.map(|(_, angle)| (angle.parse::<f64>().unwrap().abs() / 2.0).tan());
+        let (mut less, mut more): (Vec<f64>, Vec<f64>) = {
+            let mut halves: Vec<f64> = halves.collect();
+            halves.sort_by(f64::total_cmp);
+            let more = halves.split_off(halves.len() / 2);
+            (halves, more)
+        };
+        // What the decimals are over the length of a crease.
+        let rounding = 20.0 * 0.5 * 0.1_f64.powi(decimals as i32) / 15.0;
+        for group in [&mut less, &mut more] {
+            let (first, last) = (group[0], group[group.len() - 1]);
+            assert!(first > 0.1 && last - first <= rounding * last, "{first} to {last}");
+        }
+        let ratio = less[0] / more[0];
+        assert!((ratio - SECTOR.cos()).abs() <= rounding, "{degrees} deg, {decimals}: {ratio}");
+    }
+}
