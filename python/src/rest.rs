@@ -11,6 +11,9 @@ use crate::error;
 use crate::program::Program;
 use crate::states::array;
 
+/// q and u, and warnings.
+type Assembled<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<String>);
+
 #[pymethods]
 impl Program {
     /// The closed state nearest to a guess, and warnings: joints that are pinned keep their angles if the loops close that
@@ -22,7 +25,7 @@ impl Program {
         u: Vec<f64>,
         pinned: Vec<bool>,
         is_folded: bool,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<String>)> {
+    ) -> PyResult<Assembled<'py>> {
         let system = self.system();
         let topology = &self.compiled.topology;
         let asked = Asked { state: State { t: 0.0, q, u }, pinned, is_folded };
