@@ -1,13 +1,14 @@
 //! `lamc`: the compiler for the motion of laminate robots.
 //!
-//! Data flows one way, and each stage imports only the stages before it:
+//! Data flows one way:
 //!
 //! ```text
 //! source -> laminate -> topology -> kane -> lowering -> program -> backend
 //! (YAML)    (physics)   (tree+loops) (symbolic)         (straight line)  (Rust)
 //! ```
 //!
-//! The module `pipeline` calls every stage in order. The feature `derive`, on by default, is what needs the symbolic
+//! A stage imports the stages before it, and `program`: as plain data this is the common ground of those that make
+//! programs and of those that use them. The module `pipeline` calls every stage in order. The feature `derive`, on by default, is what needs the symbolic
 //! engine.
 
 #![cfg_attr(

@@ -45,7 +45,7 @@ impl Bytes {
         let shown = path.display().to_string();
         let failed = |error: std::io::Error| format!("cannot read {shown}: {error}");
         let file = File::open(path).map_err(failed)?;
-        // Reading a device or a pipe could take for ever.
+        // Reading a device or a pipe might never end.
         if !file.metadata().map_err(failed)?.is_file() {
             return Err(format!("{shown} is no file"));
         }
