@@ -23,4 +23,5 @@ pub mod reading;
 pub mod reference;
 pub mod scene;
 pub mod simulation;
+pub mod sweep;
 pub mod verify;

@@ -4,11 +4,11 @@
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, Span};
 use super::names::{hint, quote_list};
-use super::schema::{Mapping, Presence, Value};
+use super::schema::{Key, Mapping, Presence, Value};
 use super::yaml::{Content, Entry, Node, shorten};
 
 /// A mapping of the file, with the table of its keys.
-pub(super) struct Fields<'n> {
+pub struct Fields<'n> {
     entries: &'n [Entry],
     table: &'static Mapping,
     /// Position at which a missing key is reported.
@@ -62,6 +62,11 @@ impl<'n> Fields<'n> {
     /// Position at which a missing key is reported.
     pub fn at(&self) -> Span {
         self.at
+    }
+
+    /// Returns what the table says of `key`.
+    pub fn key(&self, key: &str) -> Option<&'static Key> {
+        self.table.key(key)
     }
 
     /// Returns what the value of `key` may be.
@@ -120,7 +125,7 @@ impl<'n> Fields<'n> {
 
 /// Returns the entries of a mapping from names to values, such as `bodies`; no entries if `node` is
 /// absent.
-pub(super) fn entries<'n>(
+pub fn entries<'n>(
     node: Option<&'n Node>,
     what: &str,
     diagnostics: &mut Diagnostics,
@@ -145,7 +150,7 @@ pub(super) fn entries<'n>(
 }
 
 /// Returns the items of a list.
-pub(super) fn items<'n>(
+pub fn items<'n>(
     node: &'n Node,
     what: &str,
     diagnostics: &mut Diagnostics,
@@ -159,7 +164,7 @@ pub(super) fn items<'n>(
 }
 
 /// Returns the items of a list of known length.
-pub(super) fn array<'n, const K: usize>(
+pub fn array<'n, const K: usize>(
     node: &'n Node,
     what: &str,
     diagnostics: &mut Diagnostics,

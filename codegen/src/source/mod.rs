@@ -15,7 +15,7 @@ pub mod codes;
 pub mod diagnostic;
 mod edit;
 pub mod expression;
-mod fields;
+pub mod fields;
 mod file;
 mod formula;
 pub mod ids;
@@ -34,7 +34,7 @@ mod tests;
 mod units;
 mod uses;
 mod write;
-mod yaml;
+pub mod yaml;
 
 pub use argument::{
     AngleUnit, beyond_a_turn, has_no_unit, read_angle, read_as, read_in, read_quantity,
@@ -46,7 +46,7 @@ pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
 pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
 pub use model::*;
-pub use names::{closest as closest_name, is_identifier, is_keyword};
+pub use names::{alternatives, closest as closest_name, is_identifier, is_keyword};
 pub use polynomial::{Polynomial, Term};
 pub use units::Dimension;
 pub use uses::Numbers;
@@ -57,7 +57,11 @@ use yaml::{Content, Entry, Node};
 
 /// Reads a model. All errors are reported together; a model is returned with its warnings.
 pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostics> {
-    let (root, mut diagnostics) = yaml::parse(&file.text)?;
+    let (root, mut diagnostics) = yaml::parse(&file.text).map_err(|mut found| {
+        let empty = found.0.iter_mut().filter(|found| found.code == codes::EMPTY_FILE);
+        empty.for_each(|found| found.hint = Some("a model needs at least `bodies` and `joints`".into()));
+        found
+    })?;
     let (model, found) = match popupcad::origin(&root) {
         Origin::Schema => {
             refuse_tags(&root, &mut diagnostics);

@@ -177,7 +177,7 @@ pub(super) fn hint<'k>(
 }
 
 /// Returns a hint for an unknown name: a similar name, or all known names.
-pub(super) fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
+pub fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
     match closest(name, known) {
         Some(meant) => format!("did you mean `{meant}`?"),
         None if known.is_empty() => format!("there are no {plural}"),

@@ -100,8 +100,11 @@ pub struct Quantity {
 
 macro_rules! quantities {
     ($($id:ident = $name:literal, $powers:tt, $examples:literal;)*) => {
-        $(pub(super) const $id: Quantity =
-            Quantity { name: $name, dimension: dimension $powers, examples: $examples };)*
+        $(
+            #[doc = $name]
+            pub const $id: Quantity =
+                Quantity { name: $name, dimension: dimension $powers, examples: $examples };
+        )*
         /// All quantities of the model.
         pub const QUANTITIES: &[Quantity] = &[$($id),*];
     };

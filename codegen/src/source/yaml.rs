@@ -29,7 +29,8 @@ const BYTES_PER_NODE: usize = 64;
 
 /// A value of the file.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
+pub struct Node {
+    /// What it is.
     pub content: Content,
     /// The resolved tag (`tag:yaml.org,2002:python/tuple`), if the file has one.
     pub tag: Option<Spanned<String>>,
@@ -39,15 +40,19 @@ pub(super) struct Node {
 
 /// Content of a node.
 #[derive(Clone, Debug)]
-pub(super) enum Content {
+pub enum Content {
+    /// A text, which may be a number.
     Scalar(Scalar),
+    /// A list.
     Sequence(Vec<Node>),
+    /// Keys with their values, in the order of the file.
     Mapping(Vec<Entry>),
 }
 
 /// Text with YAML's escapes resolved. The reader of the key decides whether it is a number.
 #[derive(Clone, Debug)]
-pub(super) struct Scalar {
+pub struct Scalar {
+    /// The text.
     pub text: Arc<str>,
     /// Whether it is written without quotes.
     plain: bool,
@@ -57,11 +62,13 @@ pub(super) struct Scalar {
 
 /// One `key: value`.
 #[derive(Clone, Debug)]
-pub(super) struct Entry {
+pub struct Entry {
+    /// The key.
     pub key: Spanned<String>,
     /// The key itself if it is an object of a Python program. `key` is then a text that no other object
     /// of the file has.
     pub object: Option<Box<Node>>,
+    /// The value.
     pub value: Node,
 }
 
@@ -147,7 +154,7 @@ impl Node {
 }
 
 /// Shortens a user's text to at most one line.
-pub(super) fn shorten(text: &str) -> String {
+pub fn shorten(text: &str) -> String {
     const LONGEST: usize = 40;
     let line = text.lines().next().unwrap_or_default();
     if line.chars().count() <= LONGEST && line.len() == text.len() {
@@ -158,7 +165,10 @@ pub(super) fn shorten(text: &str) -> String {
 
 /// Reads `text`, which must have one document. The diagnostics returned with the tree are errors
 /// after which reading can continue: duplicate keys and keys that are not text.
-pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
+///
+/// # Errors
+/// Returns the mistakes after which nothing can be read.
+pub fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
     let mut options = granit_parser::options! {
         flow_nesting_limit: MAX_DEPTH,
         block_nesting_limit: MAX_DEPTH,
@@ -172,9 +182,9 @@ pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
     }
     match builder.root {
         Some(root) => Ok((root, builder.diagnostics)),
-        None => Err(Diagnostic::error(codes::EMPTY_FILE, Span::default(), "the file is empty")
-            .hint("a model needs at least `bodies` and `joints`")
-            .into()),
+        None => {
+            Err(Diagnostic::error(codes::EMPTY_FILE, Span::default(), "the file is empty").into())
+        }
     }
 }
 
@@ -237,7 +247,7 @@ impl Builder<'_> {
                     span,
                     "a second YAML document",
                 )
-                .hint("one file describes one mechanism: remove `---`")
+                .hint("a file has one document: remove `---`")
                 .into());
             }
             Event::Scalar(text, style, anchor, written_tag) => {

@@ -29,6 +29,7 @@ mod shapes;
 mod shell;
 mod simulate;
 mod start;
+mod sweep;
 mod verify;
 
 use std::ffi::OsString;
@@ -184,6 +185,8 @@ enum Command {
     Eval(eval::Arguments),
     /// Simulate a model from its initial configuration
     Simulate(Box<simulate::Arguments>),
+    /// Simulate a model many times: a grid, or samples, of parameters, initial angles and inputs
+    Sweep(Box<sweep::Arguments>),
     /// Show a model's motion in the browser and update it whenever the file is saved
     Live(live::Arguments),
     /// Find an equilibrium of a model
@@ -240,6 +243,7 @@ pub fn run() -> ExitCode {
         (Some(Command::Verify(arguments)), _) => verify::run(&arguments),
         (Some(Command::Eval(arguments)), _) => eval::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
+        (Some(Command::Sweep(arguments)), _) => sweep::run(&arguments),
         (Some(Command::Live(arguments)), _) => live::run(&arguments),
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),

@@ -10,9 +10,9 @@ use lamc::program::Interface;
 use lamc::source::{
     Numbers, Severity, SourceModel, beyond_a_turn, has_no_unit, read_angle, read_as, read_quantity,
 };
-use lamc_runtime::{Mechanism, State};
+use lamc_runtime::State;
 use lamc_workbench::execution::Jit;
-use lamc_workbench::simulation::{self, Asked};
+use lamc_workbench::simulation::{self, Asked, allowed};
 
 use super::progress::Busy;
 use super::{Derivation, Failed, fail, load_edited, misused, warn};
@@ -154,17 +154,7 @@ impl Start {
                     names.join(", ")
                 )));
             };
-            if joints[joint].driven {
-                return Err(fail(format_args!("`{name}` is driven: its angle is prescribed")));
-            }
-            let [least, greatest] = joints[joint].limits;
-            if angle < least || angle > greatest {
-                let [angle, least, greatest] = [angle, least, greatest].map(f64::to_degrees);
-                return Err(fail(format_args!(
-                    "`{setting}` is outside the limits of `{name}`: {angle:.4} deg is not within \
-                     {least:.4} .. {greatest:.4} deg"
-                )));
-            }
+            allowed(&joints[joint], angle).map_err(fail)?;
             guess.push((joint, angle));
         }
         Ok(guess)
@@ -176,18 +166,9 @@ impl Start {
         compiled: &Compiled,
         system: &Jit,
     ) -> Result<State<Vec<f64>, f64>, Failed> {
-        let mut state = system.initial();
-        let n = state.q.len();
-        let mut pinned: Vec<bool> = (0..n).map(|joint| system.is_pinned(joint)).collect();
-        if !self.initial.is_empty() {
-            pinned.fill(false);
-        }
-        for (joint, angle) in self.guess(compiled, system.interface())? {
-            (state.q[joint], pinned[joint]) = (angle, true);
-        }
+        let guess = self.guess(compiled, system.interface())?;
         let _busy = Busy::new("closing the loops");
-        let asked = Asked { state, pinned, is_folded: self.initial.is_empty() };
-        simulation::start(&compiled.topology, system, &asked, warn).map_err(fail)
+        simulation::start(&compiled.topology, system, &Asked::of(system, &guess), warn).map_err(fail)
     }
 }
 

@@ -27,7 +27,7 @@ mod unfold;
 
 pub use error::{SimulationError, describe};
 pub use rigid::{LooseRigidLoop, loose_rigid_loop};
-pub use start::{Asked, lost_fold, moves, start};
+pub use start::{Asked, allowed, lost_fold, moves, start};
 pub use unfold::{Fold, unfold};
 
 use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped, acceleration};
@@ -73,6 +73,13 @@ impl Default for Settings {
     fn default() -> Self {
         Self { method: Method::Auto, duration: 1.0, tolerance: TOLERANCE, restitution: 0.0 }
     }
+}
+
+/// The times of the samples of a motion, s: so many per second, and its end.
+pub fn sample_times(duration: f64, rate: f64) -> impl ExactSizeIterator<Item = f64> + Clone {
+    // What is a whole number but for rounding has no further sample.
+    let samples = (duration * rate * (1.0 - 1e-12)).ceil() as u32;
+    (0..samples.saturating_add(1)).map(move |sample| (f64::from(sample) / rate).min(duration))
 }
 
 /// The error allowed per step unless another is chosen, relative and absolute (rad, rad/s).

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use lamc::arithmetic::largest;
-use lamc::program::Interface;
+use lamc::program::{Interface, JointInfo};
 use lamc::topology::Topology;
 use lamc_runtime::{Mechanism as _, State, assemble, project};
 
@@ -30,6 +30,40 @@ pub struct Asked {
     pub pinned: Vec<bool>,
     /// Whether the other angles are a share of the finished fold.
     pub is_folded: bool,
+}
+
+impl Asked {
+    /// The model's initial state. If there are guesses of angles (rad), only these are to be kept.
+    pub fn of(system: &Jit, guess: &[(usize, f64)]) -> Self {
+        let mut state = system.initial();
+        let n = state.q.len();
+        let is_pinned = |joint| guess.is_empty() && system.is_pinned(joint);
+        let mut pinned: Vec<bool> = (0..n).map(is_pinned).collect();
+        for &(joint, angle) in guess {
+            (state.q[joint], pinned[joint]) = (angle, true);
+        }
+        Self { state, pinned, is_folded: guess.is_empty() }
+    }
+}
+
+/// Whether a joint may start near an angle, rad.
+///
+/// # Errors
+/// It is driven, or the angle is outside its limits; the text says so.
+pub fn allowed(joint: &JointInfo, angle: f64) -> Result<(), String> {
+    let name = &joint.name;
+    if joint.driven {
+        return Err(format!("`{name}` is driven: its angle is prescribed"));
+    }
+    let [least, greatest] = joint.limits;
+    if (least..=greatest).contains(&angle) {
+        return Ok(());
+    }
+    let [angle, least, greatest] = [angle, least, greatest].map(f64::to_degrees);
+    Err(format!(
+        "the initial angle of `{name}` is outside its limits: {angle:.4} deg is not within {least:.4} .. \
+         {greatest:.4} deg"
+    ))
 }
 
 /// The closed state nearest to what is asked, at consistent speeds; `warn` is told where it differs.

@@ -5,6 +5,8 @@
 //! folded configuration nearest to where they accelerate the flat sheet is followed back along its
 //! branch to where it is all but flat, and the motion starts there.
 
+use std::fmt;
+
 use lamc::arithmetic::largest;
 use lamc_runtime::{Mechanism, State, acceleration, assemble};
 
@@ -37,6 +39,22 @@ pub enum Fold {
     /// From the flat state: what the forces choose leaves it loose in more directions than usual,
     /// as where it bends along straight lines only.
     Loose,
+}
+
+impl fmt::Display for Fold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Begun(bent) => write!(
+                f,
+                "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad in the direction of its \
+                 forces; an initial angle chooses another direction"
+            ),
+            Self::Loose => f.write_str(
+                "a flat sheet can fold in many ways, and its forces do not determine one: if the simulation \
+                 fails, start from a folded guess of initial angles",
+            ),
+        }
+    }
 }
 
 /// Moves a flat sheet at rest to the beginning of a fold. `None`: it is no such sheet, nothing moves

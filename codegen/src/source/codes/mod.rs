@@ -85,6 +85,7 @@ mod mechanism;
 mod names;
 mod pattern;
 mod physics;
+mod plans;
 mod popupcad;
 mod tables;
 mod text;
@@ -96,6 +97,7 @@ pub use mechanism::*;
 pub use names::*;
 pub use pattern::*;
 pub use physics::*;
+pub use plans::*;
 pub use popupcad::*;
 pub use tables::*;
 pub use text::*;
@@ -113,6 +115,7 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Patterns", pattern::ALL),
     ("Files of popupCAD", popupcad::ALL),
     ("Measurements, configurations and states", tables::ALL),
+    ("Plans of sweeps", plans::ALL),
 ];
 
 /// Returns the code with this name.

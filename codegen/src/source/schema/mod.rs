@@ -6,8 +6,7 @@
 
 use super::model::Tunable;
 pub use super::names::{Kind, reserved_names};
-use super::units::NUMBER;
-pub use super::units::{QUANTITIES, Quantity, all_units, units_of};
+pub use super::units::{FREQUENCY, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all_units, units_of};
 
 mod joints;
 mod model;

@@ -1,0 +1,297 @@
+//! One run: from the values of a plan to the cells of a row.
+
+use lamc::arithmetic::{larger, largest};
+use lamc::laminate::{excursions, verdicts};
+use lamc::pipeline::Compiled;
+use lamc::program::Interface;
+use lamc::source::Severity;
+use lamc_runtime::{Equilibrium, Error, Mechanism as _, State, Stopped, equilibrium};
+
+use super::plan::{Quantity, Simulate, Target, Task};
+use super::table::{Cell, Column};
+use crate::execution::Jit;
+use crate::linear::Motions;
+use crate::simulation::{Asked, Simulation, allowed, describe, sample_times, start, unfold};
+
+/// What came of a run.
+pub struct Run {
+    /// One cell for each of [`columns`]; or why there are none.
+    pub outcome: Result<Vec<Cell>, String>,
+    /// What the command `simulate` would warn of.
+    pub warnings: Vec<String>,
+}
+
+/// Runs with these values of the quantities, from a copy of the system. `None`: interrupted.
+pub fn run<'q>(
+    compiled: &Compiled,
+    mut system: Jit,
+    guess: &[(usize, f64)],
+    task: &Task,
+    values: impl Iterator<Item = (&'q Quantity, f64)>,
+    is_interrupted: &dyn Fn() -> bool,
+) -> Option<Run> {
+    let mut warnings = Vec::new();
+    let begun = begin(compiled, &mut system, guess, values, &mut |warning| warnings.push(warning));
+    let outcome = match (begun, task) {
+        (Err(reason), _) => Err(reason),
+        (Ok(state), Task::Equilibrium { end, energy, frequencies }) => {
+            let found = rest(compiled, system, state, &mut warnings);
+            found.map(|rest| rest.cells([*end, *energy, *frequencies]))
+        }
+        (Ok(state), Task::Simulate(task)) => {
+            match simulate(compiled, system, state, task, &mut warnings, is_interrupted) {
+                Ok(cells) => Ok(cells?),
+                Err(reason) => Err(reason),
+            }
+        }
+    };
+    Some(Run { outcome, warnings })
+}
+
+/// The columns of a task, in the order of the cells of [`Run::outcome`].
+pub fn columns(task: &Task, interface: &Interface) -> Vec<Column> {
+    let joints = || interface.joints.iter().map(|joint| joint.name.as_str());
+    let mut columns = Vec::new();
+    let mut each = |symbol: &str, unit| {
+        columns.extend(joints().map(|joint| Column::number(format!("{symbol}.{joint}"), unit)));
+    };
+    match task {
+        Task::Equilibrium { end, energy, frequencies } => {
+            if *end {
+                each("q", "rad");
+                columns.extend(points(interface));
+            }
+            columns.push(Column::flag("stable"));
+            columns.push(Column::number("force", "N m"));
+            if *energy {
+                columns.push(Column::number("potential", "J"));
+            }
+            if *frequencies {
+                columns.push(Column::series("frequencies", "Hz"));
+                columns.push(Column::series("damping_ratios", "1"));
+            }
+        }
+        Task::Simulate(task) => {
+            if task.end {
+                each("q", "rad");
+                each("u", "rad/s");
+            }
+            if task.extremes {
+                each("q_min", "rad");
+                each("q_max", "rad");
+                each("u_max", "rad/s");
+            }
+            if task.end {
+                columns.extend(points(interface));
+            }
+            if task.settling {
+                columns.push(Column::number("settling_time", "s"));
+            }
+            if task.energy {
+                for name in ["kinetic_start", "potential_start", "kinetic", "potential"] {
+                    columns.push(Column::number(name, "J"));
+                }
+            }
+            if task.motion {
+                columns.push(Column::series("motion.t", "s"));
+                for (symbol, unit) in [("q", "rad"), ("u", "rad/s")] {
+                    let name = |joint| format!("motion.{symbol}.{joint}");
+                    columns.extend(joints().map(|joint| Column::series(name(joint), unit)));
+                }
+            }
+            columns.push(Column::number("steps", "1"));
+        }
+    }
+    columns
+}
+
+fn points(interface: &Interface) -> impl Iterator<Item = Column> {
+    let named = |point: &String, axis| Column::number(format!("{point}.{axis}"), "m");
+    interface.points.iter().flat_map(move |point| ["x", "y", "z"].map(|axis| named(point, axis)))
+}
+
+/// Sets the values, and finds the closed state in which the run starts.
+fn begin<'q>(
+    compiled: &Compiled,
+    system: &mut Jit,
+    guess: &[(usize, f64)],
+    values: impl Iterator<Item = (&'q Quantity, f64)>,
+    warn: &mut dyn FnMut(String),
+) -> Result<State<Vec<f64>, f64>, String> {
+    let interface = &compiled.program.interface;
+    let known = verdicts(&compiled.topology.mechanism, system.parameters());
+    let mut inputs = system.inputs().to_vec();
+    let mut guess = guess.to_vec();
+    for (quantity, value) in values {
+        match quantity.target {
+            Target::Parameter(_) => {
+                system.set_parameter(&quantity.name, value).map_err(|error| error.to_string())?;
+            }
+            Target::Input(input) => inputs[input] = value,
+            Target::Initial(joint) => {
+                allowed(&interface.joints[joint], value)?;
+                guess.retain(|(other, _)| *other != joint);
+                guess.push((joint, value));
+            }
+        }
+    }
+    system.set_inputs(&inputs);
+    for verdict in verdicts(&compiled.topology.mechanism, system.parameters()) {
+        match verdict.severity {
+            Severity::Error => return Err(verdict.to_string()),
+            Severity::Warning if !known.contains(&verdict) => warn(verdict.to_string()),
+            Severity::Warning | Severity::Note => {}
+        }
+    }
+    start(&compiled.topology, system, &Asked::of(system, &guess), warn)
+}
+
+/// The states of a motion at its samples.
+struct Course {
+    samples: Vec<State<Vec<f64>, f64>>,
+    steps: usize,
+}
+
+fn simulate(
+    compiled: &Compiled,
+    system: Jit,
+    mut state: State<Vec<f64>, f64>,
+    task: &Simulate,
+    warnings: &mut Vec<String>,
+    is_interrupted: &dyn Fn() -> bool,
+) -> Result<Option<Vec<Cell>>, String> {
+    let interface = &compiled.program.interface;
+    let failure = |error: &Error| describe(error, interface);
+    warnings.extend(unfold(&system, &mut state).map(|fold| fold.to_string()));
+    let simulation = Simulation::new(system.clone(), state, None, &task.settings);
+    let mut simulation = simulation.map_err(|error| failure(&error))?;
+    let mut samples = Vec::new();
+    for t in sample_times(task.settings.duration, task.rate) {
+        if !simulation.reach(t, is_interrupted).map_err(|error| error.to_string())? {
+            return Ok(None);
+        }
+        samples.push(simulation.state().clone());
+    }
+    let steps = simulation.steps();
+    let course = Course { samples, steps: steps.explicit + steps.implicit };
+    let moved = course.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
+    let mechanism = &compiled.topology.mechanism;
+    let beyond = excursions(mechanism, system.parameters(), system.inputs(), moved);
+    warnings.extend(beyond.iter().map(ToString::to_string));
+    course.cells(&system, task).map(Some).map_err(|error| failure(&error))
+}
+
+impl Course {
+    fn cells(&self, system: &Jit, task: &Simulate) -> Result<Vec<Cell>, Error> {
+        let ([first, ..], [.., last]) = (self.samples.as_slice(), self.samples.as_slice()) else {
+            return Ok(Vec::new());
+        };
+        let mut cells = Vec::new();
+        let joints = 0..first.q.len();
+        if task.end {
+            cells.extend(last.q.iter().chain(&last.u).copied().map(Cell::number));
+        }
+        if task.extremes {
+            let all = |pick: &dyn Fn(&State<Vec<f64>, f64>) -> f64| {
+                self.samples.iter().map(pick).reduce(larger).unwrap_or(f64::NAN)
+            };
+            cells.extend(joints.clone().map(|j| Cell::number(-all(&|sample| -sample.q[j]))));
+            cells.extend(joints.clone().map(|j| Cell::number(all(&|sample| sample.q[j]))));
+            cells.extend(joints.clone().map(|j| Cell::number(all(&|sample| sample.u[j].abs()))));
+        }
+        if task.end {
+            let points = system.points(&last.q)?;
+            cells.extend(points.as_flattened().iter().copied().map(Cell::number));
+        }
+        if task.settling {
+            cells.push(Cell::Number(self.settling_time(system, task.settling_band)));
+        }
+        if task.energy {
+            for State { t, q, u } in [first, last] {
+                let energy = system.energy(*t, q, u)?;
+                cells.extend([energy.kinetic, energy.potential].map(Cell::number));
+            }
+        }
+        if task.motion {
+            let series = |pick: &dyn Fn(&State<Vec<f64>, f64>) -> f64| {
+                Cell::Series(Some(self.samples.iter().map(pick).collect()))
+            };
+            cells.push(series(&|sample| sample.t));
+            cells.extend(joints.clone().map(|j| series(&|sample| sample.q[j])));
+            cells.extend(joints.map(|j| series(&|sample| sample.u[j])));
+        }
+        cells.push(Cell::number(self.steps as f64));
+        Ok(cells)
+    }
+
+    /// The first sample from which on every joint stays within the band about the equilibrium near the last state.
+    fn settling_time(&self, system: &Jit, band: f64) -> Option<f64> {
+        let mut rest = self.samples.last()?.clone();
+        settle(system, &mut rest).ok()?;
+        let away = |sample: &State<Vec<f64>, f64>| {
+            largest(sample.q.iter().zip(&rest.q).map(|(q, rest)| q - rest))
+        };
+        let distances: Vec<f64> = self.samples.iter().map(away).collect();
+        let allowed = band * largest(&distances);
+        let outside = distances.iter().rposition(|distance| *distance > allowed);
+        let settled = self.samples.get(outside.map_or(0, |last| last + 1))?;
+        Some(settled.t)
+    }
+}
+
+/// A state of rest.
+struct Rest {
+    q: Vec<f64>,
+    points: Vec<[f64; 3]>,
+    force: f64,
+    potential: f64,
+    motions: Motions,
+}
+
+impl Rest {
+    fn cells(&self, [end, energy, frequencies]: [bool; 3]) -> Vec<Cell> {
+        let mut cells = Vec::new();
+        if end {
+            let numbers = self.q.iter().chain(self.points.as_flattened());
+            cells.extend(numbers.copied().map(Cell::number));
+        }
+        cells.push(Cell::Flag(Some(self.motions.stability.stable)));
+        cells.push(Cell::number(self.force));
+        if energy {
+            cells.push(Cell::number(self.potential));
+        }
+        if frequencies {
+            let modes = &self.motions.modes;
+            cells.push(Cell::Series(Some(modes.iter().map(|mode| mode.frequency).collect())));
+            cells.push(Cell::Series(Some(modes.iter().map(|mode| mode.damping_ratio).collect())));
+        }
+        cells
+    }
+}
+
+fn rest(
+    compiled: &Compiled,
+    system: Jit,
+    mut state: State<Vec<f64>, f64>,
+    warnings: &mut Vec<String>,
+) -> Result<Rest, String> {
+    let mut find = || {
+        let Equilibrium { force, stable, .. } = settle(&system, &mut state)?;
+        let q = state.q.clone();
+        let points = system.points(&q)?;
+        let potential = system.energy(state.t, &q, &state.u)?.potential;
+        let mut resting = Stopped::new(system.clone());
+        resting.resolve_impacts(&mut state)?;
+        let mechanism = &compiled.topology.mechanism;
+        let motions = Motions::about(mechanism, &resting, &state, stable)?;
+        Ok(Rest { q, points: points.to_vec(), force, potential, motions })
+    };
+    let rest = find().map_err(|error| describe(&error, &compiled.program.interface))?;
+    warnings.extend(rest.motions.warnings.iter().map(ToString::to_string));
+    Ok(rest)
+}
+
+fn settle(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Result<Equilibrium<f64>, Error> {
+    state.u.fill(0.0);
+    equilibrium(system, state.t, &mut state.q, &mut system.workspace())
+}
