@@ -15,7 +15,7 @@ use statrs::function::erf::erfc_inv;
 use super::plan::{Axis, Distribution, Plan, Sampler};
 
 /// Binary digits of a number between 0 and 1.
-const DIGITS: u32 = 53;
+const DIGITS: u32 = 52;
 /// Quantities for which Sobol's sequence is defined here.
 pub const MOST_SOBOL: usize = 1000;
 
@@ -132,7 +132,7 @@ fn sobol_point(directions: &[u64], index: u64) -> u64 {
     digits.fold(0, |point, (_, direction)| point ^ direction)
 }
 
-/// The middle of one of 2^53 parts, so that neither 0 nor 1 occurs.
+/// The middle of one of 2^52 parts, which a double holds exactly: neither 0 nor 1 occurs.
 fn between_0_and_1(bits: u64) -> f64 {
     ((bits >> (u64::BITS - DIGITS)) as f64 + 0.5) / (1_u64 << DIGITS) as f64
 }

@@ -41,8 +41,10 @@ use table::{Cell, Column, as_io, batch, schema, writer};
 const RUNS_OF_A_GROUP: u64 = 4096;
 /// Most parts of a row group; with whole motions, so many million numbers.
 const MOST_PARTS: u64 = 128;
-/// Runs of a part: what is lost when a process is killed.
-const PART: u64 = 32;
+/// Runs of a part, which are lost when a process is killed: more in larger sweeps.
+const PART: [u64; 2] = [32, 1024];
+/// Parts of a sweep from which on they become larger.
+const MANY_PARTS: u64 = 4096;
 /// Numbers of a part with whole motions, about.
 const PART_NUMBERS: f64 = 1e6;
 
@@ -147,7 +149,8 @@ impl Sweep {
             }
             _ => 0.0,
         };
-        (PART_NUMBERS / numbers).clamp(1.0, PART as f64) as u64
+        let most = (self.plan.runs() / MANY_PARTS).clamp(PART[0], PART[1]);
+        (PART_NUMBERS / numbers).clamp(1.0, most as f64) as u64
     }
 
     /// Begins to keep its results for a file, or goes on.

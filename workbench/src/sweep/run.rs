@@ -224,9 +224,15 @@ impl Course {
         Ok(cells)
     }
 
-    /// The first sample from which on every joint stays within the band about the equilibrium near the last state.
+    /// The first sample from which on every joint stays within the band about the equilibrium near the last state. `None`
+    /// if the last speeds are not within the same share of the largest: the motion only passes by.
     fn settling_time(&self, system: &Jit, band: f64) -> Option<f64> {
-        let mut rest = self.samples.last()?.clone();
+        let last = self.samples.last()?;
+        let fastest = largest(self.samples.iter().flat_map(|sample| &sample.u));
+        if largest(&last.u) > band * fastest {
+            return None;
+        }
+        let mut rest = last.clone();
         settle(system, &mut rest).ok()?;
         let away = |sample: &State<Vec<f64>, f64>| {
             largest(sample.q.iter().zip(&rest.q).map(|(q, rest)| q - rest))

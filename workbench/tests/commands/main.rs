@@ -23,4 +23,5 @@ mod round_trip;
 mod rounded;
 mod simulate;
 mod states;
+mod sweep;
 mod waiting;

@@ -1,0 +1,68 @@
+//! Plans as they are read.
+
+use super::super::plan::{Distribution, Simulate, Target, Task};
+use super::*;
+use crate::simulation::Method;
+
+fn read(text: &str) -> Result<Plan, Diagnostics> {
+    let (compiled, system) = compiled(ROD);
+    Plan::read(&file(text), &Quantities::of(&compiled, &system, &[]))
+}
+
+#[test]
+fn a_plan_has_units_tolerances_and_defaults() {
+    let plan = read(
+        "
+        grid: { input.motor: [0, 0.5mN*m] }
+        vary:
+          k: { normal: 5% }
+          b: { uniform: 1e-6 }
+          initial.hinge: { uniform: [10deg, 20deg] }
+        samples: { count: 1_000, method: sobol }
+        duration: 500 ms",
+    );
+    let plan = plan.unwrap_or_else(|found| panic!("{found}"));
+    assert_eq!(plan.axes[0].values, [0.0, 0.5e-3]);
+    assert_eq!(plan.runs(), 2000);
+    let normal = Distribution::Normal([1e-3, 0.05 * 1e-3]);
+    assert_eq!(plan.varied[0].distribution, normal);
+    assert_eq!(plan.varied[1].distribution, Distribution::Uniform([4e-6 - 1e-6, 4e-6 + 1e-6]));
+    assert_eq!(plan.varied[2].quantity.target, Target::Initial(0));
+    assert_eq!(plan.varied[2].quantity.value, 0.4);
+    let Task::Simulate(Simulate { settings, rate, settling_band, end, energy, motion, .. }) = plan.task
+    else {
+        panic!("{:?}", plan.task)
+    };
+    assert_eq!((settings.duration, settings.tolerance, rate), (0.5, 1e-8, 100.0));
+    assert_eq!((settings.method, settling_band, plan.seed), (Method::Auto, 0.02, 0));
+    assert!(end && energy && !motion);
+}
+
+#[test]
+fn each_distribution_is_about_the_value_that_the_model_has_now() {
+    let (compiled, mut system) = compiled(ROD);
+    system.set_parameter("k", 0.01).unwrap();
+    let quantities = Quantities::of(&compiled, &system, &[(0, -0.2)]);
+    let text = "{ vary: { k: { uniform: 10% }, initial.hinge: { normal: 10% } }, samples: { count: 2 } }";
+    let plan = Plan::read(&file(text), &quantities).unwrap_or_else(|found| panic!("{found}"));
+    assert_eq!(plan.varied[0].distribution, Distribution::Uniform([0.01 - 1e-3, 0.01 + 1e-3]));
+    assert_eq!(plan.varied[1].distribution, Distribution::Normal([-0.2, 0.2 * 0.1]));
+}
+
+#[test]
+fn shards_divide_all_runs() {
+    for (all, of) in [(10_u64, 3_u64), (7, 100), (100_000_000, 999)] {
+        let mut next = 0;
+        for index in 1..=of {
+            let runs = Shard { index, of }.runs(all);
+            assert_eq!(runs.start, next);
+            assert!(runs.end - runs.start <= all.div_ceil(of));
+            next = runs.end;
+        }
+        assert_eq!(next, all);
+    }
+    assert_eq!(Shard::read("3/100"), Some(Shard { index: 3, of: 100 }));
+    for wrong in ["0/3", "4/3", "3", "a/b", "1/0", "-1/2", ""] {
+        assert_eq!(Shard::read(wrong), None, "{wrong}");
+    }
+}
