@@ -14,6 +14,7 @@ from importlib.metadata import version
 from ._lamc import Error
 from ._model import Equilibrium, Equations, Fit, Jacobian, Model, Modes, load
 from ._motion import Motion, SimulationError
+from ._sweep import Sweep, sweep
 
 __version__ = version("lamc")
 
@@ -27,5 +28,7 @@ __all__ = [
     "Modes",
     "Motion",
     "SimulationError",
+    "Sweep",
     "load",
+    "sweep",
 ]

@@ -140,7 +140,7 @@ def load(
     """
     if isinstance(source, Mapping):
         # JSON is YAML.
-        text: str | None = json.dumps(source, indent=2, default=_plain)
+        text: str | None = json.dumps(source, indent=2, default=plain)
         path = "-"
     elif isinstance(source, str) and "\n" in source:
         text, path = source, "-"
@@ -768,7 +768,7 @@ def _write(path: str | os.PathLike[str], text: str) -> None:
     Path(path).write_text(text, encoding="utf-8")
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """A value of NumPy or a path, for JSON."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()

@@ -8,6 +8,7 @@ mod program;
 mod rest;
 mod simulate;
 mod states;
+mod sweep;
 
 use std::fmt::Display;
 
@@ -29,4 +30,6 @@ mod _lamc {
     use crate::motion::Motion;
     #[pymodule_export]
     use crate::program::Program;
+    #[pymodule_export]
+    use crate::sweep::{Store, Sweep};
 }

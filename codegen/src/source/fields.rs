@@ -150,11 +150,7 @@ pub fn entries<'n>(
 }
 
 /// Returns the items of a list.
-pub fn items<'n>(
-    node: &'n Node,
-    what: &str,
-    diagnostics: &mut Diagnostics,
-) -> Option<&'n [Node]> {
+pub fn items<'n>(node: &'n Node, what: &str, diagnostics: &mut Diagnostics) -> Option<&'n [Node]> {
     if let Content::Sequence(items) = &node.content {
         return Some(items);
     }

@@ -59,7 +59,9 @@ use yaml::{Content, Entry, Node};
 pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostics> {
     let (root, mut diagnostics) = yaml::parse(&file.text).map_err(|mut found| {
         let empty = found.0.iter_mut().filter(|found| found.code == codes::EMPTY_FILE);
-        empty.for_each(|found| found.hint = Some("a model needs at least `bodies` and `joints`".into()));
+        empty.for_each(|found| {
+            found.hint = Some("a model needs at least `bodies` and `joints`".into())
+        });
         found
     })?;
     let (model, found) = match popupcad::origin(&root) {

@@ -168,7 +168,8 @@ impl Start {
     ) -> Result<State<Vec<f64>, f64>, Failed> {
         let guess = self.guess(compiled, system.interface())?;
         let _busy = Busy::new("closing the loops");
-        simulation::start(&compiled.topology, system, &Asked::of(system, &guess), warn).map_err(fail)
+        simulation::start(&compiled.topology, system, &Asked::of(system, &guess), warn)
+            .map_err(fail)
     }
 }
 

@@ -53,7 +53,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let shard = match shard {
         None => Shard::ALL,
         Some(text) => Shard::read(text).ok_or_else(|| {
-            misused(format_args!("`--shard {text}` is not of the form `3/100`: the third of a hundred parts"))
+            misused(format_args!(
+                "`--shard {text}` is not of the form `3/100`: the third of a hundred parts"
+            ))
         })?,
     };
     let threads = match threads {
@@ -66,7 +68,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let compiled = Arc::new(start.compile(&[])?);
     let system = start.system(&compiled)?;
     let guess = start.guess(&compiled, system.interface())?;
-    let sweep = Sweep::new(compiled, &system, guess, &plan, shard).map_err(|problems| {
+    let angle = compiled.numbers.angle;
+    let sweep = Sweep::new(compiled, &system, guess, &plan, angle, shard).map_err(|problems| {
         report(&problems, &plan);
         Failed(1)
     })?;

@@ -28,7 +28,7 @@ use std::sync::mpsc;
 use std::thread;
 
 use lamc::pipeline::Compiled;
-use lamc::source::{Diagnostics, SourceFile};
+use lamc::source::{AngleUnit, Diagnostics, SourceFile};
 use sha2::{Digest as _, Sha256};
 
 use crate::execution::Jit;
@@ -99,7 +99,7 @@ pub struct Part {
 
 impl Sweep {
     /// Reads a plan for a model. `system` has the values that the plan does not change, `guess` the initial angles that
-    /// are not the model's, rad.
+    /// are not the model's, rad. Initial angles without a unit are in `angle`.
     ///
     /// # Errors
     /// Returns the mistakes in the plan.
@@ -108,10 +108,11 @@ impl Sweep {
         system: &Jit,
         guess: Vec<(usize, f64)>,
         plan: &SourceFile,
+        angle: AngleUnit,
         shard: Shard,
     ) -> Result<Self, Diagnostics> {
         let text = plan.text.clone();
-        let plan = Plan::read(plan, &Quantities::of(&compiled, system, &guess))?;
+        let plan = Plan::read(plan, &Quantities::of(&compiled, system, &guess), angle)?;
         let mut all = vec![Column::index("run")];
         all.extend(plan.quantities().map(|it| Column::number(it.name.clone(), plan::unit(it))));
         all.extend(columns(&plan.task, &compiled.program.interface));
@@ -163,7 +164,8 @@ impl Sweep {
             fingerprint: &self.fingerprint,
             plan: &self.text,
             parts: self.parts(),
-            parts_of_a_group: (RUNS_OF_A_GROUP / self.runs_of_a_part()).clamp(1, MOST_PARTS) as usize,
+            parts_of_a_group: (RUNS_OF_A_GROUP / self.runs_of_a_part()).clamp(1, MOST_PARTS)
+                as usize,
         };
         Store::open(file, &about, resumes)
     }

@@ -101,7 +101,12 @@ impl Store {
         if folder.exists() && !resumes {
             return Err(StoreError::Unfinished(shown));
         }
-        fs::create_dir_all(&folder).map_err(failed)?;
+        files::probe(&file)
+            .map_err(|error| StoreError::Failed(file.display().to_string(), error))?;
+        match fs::create_dir(&folder) {
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(failed(error)),
+            _ => {}
+        }
         let lock = File::create(folder.join("lock")).map_err(failed)?;
         match lock.try_lock() {
             Ok(()) => {}
@@ -166,7 +171,8 @@ impl Store {
         let mut writer = writer(file, self.schema.clone(), &notes).map_err(as_io)?;
         for first in (0..self.parts).step_by(self.parts_of_a_group) {
             let last = (first + self.parts_of_a_group).min(self.parts);
-            let parts = (first..last).map(|part| self.read(part)).collect::<io::Result<Vec<_>>>()?;
+            let parts =
+                (first..last).map(|part| self.read(part)).collect::<io::Result<Vec<_>>>()?;
             let group = concat_batches(&self.schema, &parts).map_err(io::Error::other)?;
             writer.write(&group).and_then(|()| writer.flush()).map_err(as_io)?;
         }

@@ -159,9 +159,10 @@ pub fn batch(columns: &[Column], rows: &[Vec<Cell>]) -> Result<RecordBatch, Parq
     if rows.iter().any(|row| row.len() != columns.len()) {
         return Err(ParquetError::General("a row does not fit the columns".to_owned()));
     }
-    let arrays = columns.iter().enumerate().map(|(index, column)| {
-        column.array(rows.iter().map(|row| &row[index]))
-    });
+    let arrays = columns
+        .iter()
+        .enumerate()
+        .map(|(index, column)| column.array(rows.iter().map(|row| &row[index])));
     Ok(RecordBatch::try_new(schema(columns), arrays.collect())?)
 }
 
@@ -174,9 +175,9 @@ pub fn writer<W: Write + Send>(
     schema: SchemaRef,
     notes: &[(&str, &str)],
 ) -> Result<ArrowWriter<W>, ParquetError> {
-    let notes = notes.iter().map(|(key, value)| {
-        KeyValue { key: (*key).to_owned(), value: Some((*value).to_owned()) }
-    });
+    let notes = notes
+        .iter()
+        .map(|(key, value)| KeyValue { key: (*key).to_owned(), value: Some((*value).to_owned()) });
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_created_by(concat!("lamc ", env!("CARGO_PKG_VERSION")).to_owned())

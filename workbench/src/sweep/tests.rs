@@ -42,6 +42,7 @@ fn compiled(model: &str) -> (Arc<Compiled>, Jit) {
 }
 
 fn sweep((compiled, system): &(Arc<Compiled>, Jit), plan: &str, shard: Shard) -> Sweep {
-    let sweep = Sweep::new(compiled.clone(), system, Vec::new(), &file(plan), shard);
+    let sweep =
+        Sweep::new(compiled.clone(), system, Vec::new(), &file(plan), AngleUnit::default(), shard);
     sweep.unwrap_or_else(|problems| panic!("{}", problems.render(&file(plan), false)))
 }

@@ -106,7 +106,9 @@ fn a_finished_sweep_is_complete_and_an_unfinished_one_is_not_begun_anew() {
 fn failures_are_counted_by_reason_and_a_sweep_of_failures_fails() {
     let (_guard, folder) = folder();
     let inputs = prepare(&folder);
-    let limited = fs::read_to_string(&inputs[0]).unwrap().replace("damping:", "limits: [-0.5, 0.5], damping:");
+    let limited = fs::read_to_string(&inputs[0])
+        .unwrap()
+        .replace("damping:", "limits: [-0.5, 0.5], damping:");
     fs::write(&inputs[0], limited).unwrap();
     fs::write(&inputs[1], "{ grid: { initial.hinge: [0.1, 0.6, 0.7] }, duration: 0.1 }").unwrap();
     let said = succeeds(&sweep(&inputs, &folder.join("some.parquet"), &[]));
@@ -138,7 +140,13 @@ fn arguments_that_cannot_be_are_refused_before_work() {
     let begin = Instant::now();
     fs::write(&inputs[1], PLAN.replace("1500", "60_000_000")).unwrap();
     let mut child = lamc();
-    child.args(["sweep", &inputs[0], &inputs[1], "-o", &folder.join("long.parquet").display().to_string()]);
+    child.args([
+        "sweep",
+        &inputs[0],
+        &inputs[1],
+        "-o",
+        &folder.join("long.parquet").display().to_string(),
+    ]);
     let mut child = child.stderr(Stdio::null()).spawn().unwrap();
     let parts = folder.join("long.parquet.parts");
     while !parts.join("00000003.parquet").exists() && begin.elapsed() < wait {
@@ -148,7 +156,8 @@ fn arguments_that_cannot_be_are_refused_before_work() {
     assert!(text(&busy.stderr).contains("another process"), "{}", text(&busy.stderr));
     #[cfg(unix)]
     {
-        let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        let kill =
+            std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
         assert!(kill.unwrap().success());
         assert_eq!(child.wait().unwrap().code(), Some(130));
     }

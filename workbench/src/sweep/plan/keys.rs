@@ -39,7 +39,11 @@ pub static PLAN: Mapping = Mapping {
             Value::Named(
                 VARIED,
                 &Value::Either(
-                    &Value::List { of: &Value::Parameter, items: [1, usize::MAX], form: "a list of values" },
+                    &Value::List {
+                        of: &Value::Parameter,
+                        items: [1, usize::MAX],
+                        form: "a list of values",
+                    },
                     &Value::Mapping(&AXIS),
                 ),
             ),

@@ -134,12 +134,7 @@ pub enum Target {
 
 /// What the plans of a model may name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Quantities {
-    /// All quantities.
-    pub all: Vec<Quantity>,
-    /// The unit of angles that are written without a unit.
-    pub angle: AngleUnit,
-}
+pub struct Quantities(pub Vec<Quantity>);
 
 impl Quantities {
     /// Those of a compiled model. `system` holds the values of parameters and inputs, `guess` those of initial angles
@@ -165,17 +160,21 @@ impl Quantities {
             let (name, target) = (format!("initial.{}", joint.name), Target::Initial(index));
             all.push(Quantity { name, target, value, dimension: None });
         }
-        Self { all, angle: numbers.angle }
+        Self(all)
     }
 }
 
 impl Plan {
-    /// Reads a plan.
+    /// Reads a plan. Initial angles without a unit are in `angle`.
     ///
     /// # Errors
     /// Returns all mistakes together.
-    pub fn read(file: &SourceFile, quantities: &Quantities) -> Result<Self, Diagnostics> {
-        read::plan(file, quantities)
+    pub fn read(
+        file: &SourceFile,
+        quantities: &Quantities,
+        angle: AngleUnit,
+    ) -> Result<Self, Diagnostics> {
+        read::plan(file, quantities, angle)
     }
 
     /// Points of the grid times samples.

@@ -6,13 +6,11 @@ use lamc::source::fields::{Fields, array, entries, items};
 use lamc::source::schema::{Presence, Range};
 use lamc::source::yaml::{self, Content, Entry, Node, shorten};
 use lamc::source::{
-    Diagnostic, Diagnostics, Dimension, SourceFile, Span, alternatives, beyond_a_turn, codes,
-    has_no_unit, read_as, read_in,
+    AngleUnit, Diagnostic, Diagnostics, Dimension, SourceFile, Span, alternatives, beyond_a_turn,
+    codes, has_no_unit, read_as, read_in,
 };
 
-use super::keys::{
-    AXIS, DISTRIBUTION, METHODS, PLAN, RECORDS, SAMPLERS, SAMPLES, SPACINGS, TASKS,
-};
+use super::keys::{AXIS, DISTRIBUTION, METHODS, PLAN, RECORDS, SAMPLERS, SAMPLES, SPACINGS, TASKS};
 use super::{
     Axis, Distribution, MOST_RUNS, Plan, Quantities, Quantity, Sampler, Simulate, Target, Task,
     Varied,
@@ -27,9 +25,13 @@ const AT_REST: &[&str] = &["end", "energy", "frequencies"];
 const OF_MOTIONS: &[&str] =
     &["duration", "rate", "tolerance", "method", "restitution", "settling_band"];
 
-pub fn plan(file: &SourceFile, quantities: &Quantities) -> Result<Plan, Diagnostics> {
+pub fn plan(
+    file: &SourceFile,
+    Quantities(quantities): &Quantities,
+    angle: AngleUnit,
+) -> Result<Plan, Diagnostics> {
     let (root, found) = yaml::parse(&file.text)?;
-    let mut reader = Reader { quantities, found };
+    let mut reader = Reader { quantities, angle, found };
     let plan = reader.plan(&root);
     match plan {
         Some(plan) if !reader.found.has_errors() => Ok(plan),
@@ -38,7 +40,8 @@ pub fn plan(file: &SourceFile, quantities: &Quantities) -> Result<Plan, Diagnost
 }
 
 struct Reader<'q> {
-    quantities: &'q Quantities,
+    quantities: &'q [Quantity],
+    angle: AngleUnit,
     found: Diagnostics,
 }
 
@@ -57,7 +60,8 @@ impl Reader<'_> {
         let (samples, sampler) = self.samples(&fields, !varied.is_empty());
         let seed = self.whole(&fields, "seed");
         let task = self.task(&fields);
-        let plan = Plan { task: task?, axes, varied, sampler: sampler?, samples: samples?, seed: seed? };
+        let plan =
+            Plan { task: task?, axes, varied, sampler: sampler?, samples: samples?, seed: seed? };
         if plan.quantities().next().is_none() && !self.found.has_errors() {
             let error = Diagnostic::error(codes::BAD_PLAN, root.span, "the plan varies nothing");
             self.found.push(error.hint("give a `grid`, or `vary` and `samples`"));
@@ -67,7 +71,8 @@ impl Reader<'_> {
         if runs.is_none_or(|runs| runs > MOST_RUNS) {
             let message = format!("the plan has more than {MOST_RUNS} runs");
             let error = Diagnostic::error(codes::BAD_PLAN, root.span, message);
-            self.found.push(error.hint("a grid of many quantities grows fast: sample them instead"));
+            self.found
+                .push(error.hint("a grid of many quantities grows fast: sample them instead"));
         }
         Some(plan)
     }
@@ -146,8 +151,7 @@ impl Reader<'_> {
         let owner = format!("the distribution of `{}`", quantity.name);
         let fields =
             Fields::new(&entry.value, entry.key.span, owner, &DISTRIBUTION, &mut self.found)?;
-        let given: Vec<_> =
-            DISTRIBUTIONS.iter().filter_map(|key| fields.entry(key)).collect();
+        let given: Vec<_> = DISTRIBUTIONS.iter().filter_map(|key| fields.entry(key)).collect();
         let [Entry { key, value, .. }] = given.as_slice() else {
             if !self.found.has_errors() {
                 self.wrong(entry.value.span, "give one of `uniform`, `log_uniform` and `normal`");
@@ -220,14 +224,14 @@ impl Reader<'_> {
     fn samples(&mut self, fields: &Fields, is_varied: bool) -> (Option<u64>, Option<Sampler>) {
         let Some(entry) = fields.entry("samples") else {
             if let Some(vary) = fields.entry("vary").filter(|_| is_varied) {
-                let error = Diagnostic::error(codes::BAD_PLAN, vary.key.span, "`vary` needs `samples`");
+                let error =
+                    Diagnostic::error(codes::BAD_PLAN, vary.key.span, "`vary` needs `samples`");
                 self.found.push(error.hint("add `samples: { count: 1000 }`"));
             }
             return (Some(1), Some(Sampler::Random));
         };
         if fields.entry("vary").is_none() {
-            let error =
-                Diagnostic::error(codes::BAD_PLAN, entry.key.span, "`samples` of nothing");
+            let error = Diagnostic::error(codes::BAD_PLAN, entry.key.span, "`samples` of nothing");
             self.found.push(error.hint("name the quantities to draw under `vary`"));
         }
         let Some(samples) =
@@ -314,10 +318,10 @@ impl Reader<'_> {
     /// The quantity that a key names.
     fn quantity(&mut self, entry: &Entry) -> Option<Quantity> {
         let name = entry.key.value.as_str();
-        if let Some(found) = self.quantities.all.iter().find(|it| it.name == name) {
+        if let Some(found) = self.quantities.iter().find(|it| it.name == name) {
             return Some(found.clone());
         }
-        let known: Vec<&str> = self.quantities.all.iter().map(|it| it.name.as_str()).collect();
+        let known: Vec<&str> = self.quantities.iter().map(|it| it.name.as_str()).collect();
         let message = format!("the model has no quantity `{}`", shorten(name));
         let error = Diagnostic::error(codes::UNKNOWN_NAME, entry.key.span, message)
             .label("neither a parameter nor `initial.<joint>` nor `input.<input>`")
@@ -334,9 +338,9 @@ impl Reader<'_> {
         };
         let text = scalar.text.trim();
         let read = match quantity.target {
-            Target::Initial(_) => self.quantities.angle.read(text).ok_or_else(|| {
-                "expected an angle, such as `30deg`".to_owned()
-            }),
+            Target::Initial(_) => {
+                self.angle.read(text).ok_or_else(|| "expected an angle, such as `30deg`".to_owned())
+            }
             Target::Parameter(_) | Target::Input(_) => read_as(text, quantity.dimension),
         };
         match read {
@@ -354,16 +358,18 @@ impl Reader<'_> {
     /// Refuses an angle of more than a turn without a unit, which was meant in degrees.
     fn warn_of_turns(&mut self, node: &Node, quantity: &Quantity, value: f64) {
         let is_radian = match quantity.target {
-            Target::Initial(_) => self.quantities.angle.is_radian(),
+            Target::Initial(_) => self.angle.is_radian(),
             _ => quantity.dimension.is_some_and(Dimension::is_angle),
         };
         let bare = node.scalar().is_some_and(|scalar| has_no_unit(&scalar.text));
         if let Some(turns) = beyond_a_turn(value).filter(|_| is_radian && bare) {
             let degrees = (value % TAU).to_degrees();
             let error = Diagnostic::error(codes::BAD_PLAN, node.span, turns);
-            self.found.push(error.hint(format!(
-                "write `{value}deg` if degrees are meant, else `{degrees:.4}deg`"
-            )));
+            self.found.push(
+                error.hint(format!(
+                    "write `{value}deg` if degrees are meant, else `{degrees:.4}deg`"
+                )),
+            );
         }
     }
 
@@ -394,7 +400,8 @@ impl Reader<'_> {
         let Some(node) = fields.read(key, &mut self.found) else {
             return default(fields, key).parse().ok();
         };
-        let read = node.scalar().and_then(|scalar| scalar.text.trim().replace('_', "").parse().ok());
+        let read =
+            node.scalar().and_then(|scalar| scalar.text.trim().replace('_', "").parse().ok());
         if read.is_none() {
             self.not_a_number(node, format!("`{key}` must be a whole number, 0 or more"));
         }

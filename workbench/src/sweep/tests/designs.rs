@@ -38,7 +38,8 @@ fn a_latin_hypercube_has_one_value_in_each_part() {
         assert_eq!(parts(&values, dimension, 1000).len(), 1000);
     }
     // Independent quantities: the correlation of 1000 pairs is about 1/sqrt(1000).
-    let correlation = values.iter().map(|it| (it[0] - 0.5) * (it[1] - 0.5) * 12.0).sum::<f64>() / 1e3;
+    let correlation =
+        values.iter().map(|it| (it[0] - 0.5) * (it[1] - 0.5) * 12.0).sum::<f64>() / 1e3;
     assert!(correlation.abs() < 0.15, "{correlation}");
 }
 
@@ -54,7 +55,12 @@ fn sobols_points_are_even_in_every_dimension_and_in_the_first_two_together() {
     for wide in 0..=10 {
         let boxes: BTreeSet<_> = values
             .iter()
-            .map(|it| ((it[0] * f64::from(1 << wide)) as u32, (it[1] * f64::from(1 << (10 - wide))) as u32))
+            .map(|it| {
+                (
+                    (it[0] * f64::from(1 << wide)) as u32,
+                    (it[1] * f64::from(1 << (10 - wide))) as u32,
+                )
+            })
             .collect();
         assert_eq!(boxes.len(), 1024, "boxes of width 2^-{wide}");
     }
@@ -106,7 +112,7 @@ fn the_last_axis_of_a_grid_changes_fastest_and_each_point_has_all_samples() {
         samples: { count: 4 }";
     let (compiled, system) = compiled(ROD);
     let quantities = Quantities::of(&compiled, &system, &[]);
-    let values = values(&Plan::read(&file(text), &quantities).unwrap());
+    let values = values(&Plan::read(&file(text), &quantities, AngleUnit::default()).unwrap());
     assert_eq!(values.len(), 2 * 3 * 4);
     let mut expected = Vec::new();
     for k in [1e-3, 2e-3] {
@@ -126,9 +132,12 @@ fn the_last_axis_of_a_grid_changes_fastest_and_each_point_has_all_samples() {
 fn distributions_have_the_quantiles_of_tables() {
     let normal = Distribution::Normal([10.0, 2.0]);
     // Abramowitz and Stegun, table 26.5.
-    for (share, deviations) in
-        [(0.5, 0.0), (0.975, 1.959_963_984_540), (0.05, -1.644_853_626_951), (1e-9, -5.997_807_015_008)]
-    {
+    for (share, deviations) in [
+        (0.5, 0.0),
+        (0.975, 1.959_963_984_540),
+        (0.05, -1.644_853_626_951),
+        (1e-9, -5.997_807_015_008),
+    ] {
         let found = (normal.at(share) - 10.0) / 2.0;
         assert!((found - deviations).abs() < 1e-11, "{share}: {found}");
     }

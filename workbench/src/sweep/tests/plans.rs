@@ -6,7 +6,7 @@ use crate::simulation::Method;
 
 fn read(text: &str) -> Result<Plan, Diagnostics> {
     let (compiled, system) = compiled(ROD);
-    Plan::read(&file(text), &Quantities::of(&compiled, &system, &[]))
+    Plan::read(&file(text), &Quantities::of(&compiled, &system, &[]), AngleUnit::default())
 }
 
 #[test]
@@ -29,7 +29,8 @@ fn a_plan_has_units_tolerances_and_defaults() {
     assert_eq!(plan.varied[1].distribution, Distribution::Uniform([4e-6 - 1e-6, 4e-6 + 1e-6]));
     assert_eq!(plan.varied[2].quantity.target, Target::Initial(0));
     assert_eq!(plan.varied[2].quantity.value, 0.4);
-    let Task::Simulate(Simulate { settings, rate, settling_band, end, energy, motion, .. }) = plan.task
+    let Task::Simulate(Simulate { settings, rate, settling_band, end, energy, motion, .. }) =
+        plan.task
     else {
         panic!("{:?}", plan.task)
     };
@@ -43,8 +44,10 @@ fn each_distribution_is_about_the_value_that_the_model_has_now() {
     let (compiled, mut system) = compiled(ROD);
     system.set_parameter("k", 0.01).unwrap();
     let quantities = Quantities::of(&compiled, &system, &[(0, -0.2)]);
-    let text = "{ vary: { k: { uniform: 10% }, initial.hinge: { normal: 10% } }, samples: { count: 2 } }";
-    let plan = Plan::read(&file(text), &quantities).unwrap_or_else(|found| panic!("{found}"));
+    let text =
+        "{ vary: { k: { uniform: 10% }, initial.hinge: { normal: 10% } }, samples: { count: 2 } }";
+    let plan = Plan::read(&file(text), &quantities, AngleUnit::default())
+        .unwrap_or_else(|found| panic!("{found}"));
     assert_eq!(plan.varied[0].distribution, Distribution::Uniform([0.01 - 1e-3, 0.01 + 1e-3]));
     assert_eq!(plan.varied[1].distribution, Distribution::Normal([-0.2, 0.2 * 0.1]));
 }

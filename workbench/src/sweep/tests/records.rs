@@ -1,8 +1,8 @@
 //! What is recorded of a run, against closed forms of one hinge.
 
+use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::Float64Type;
-use arrow_array::RecordBatch;
 use arrow_select::concat::concat_batches;
 use bytes::Bytes;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -56,16 +56,21 @@ fn motions_are_those_of_the_closed_form() {
     let values = ["k", "b", "input.motor", "initial.hinge"].map(of);
     for row in 0..rows.num_rows() {
         let [k, b, torque, start] = [0, 1, 2, 3].map(|it: usize| values[it][row]);
-        let samples: Vec<[f64; 2]> =
-            (0..=1000).map(|sample| swing(k, b, torque, start, f64::from(sample) / 500.0)).collect();
+        let samples: Vec<[f64; 2]> = (0..=1000)
+            .map(|sample| swing(k, b, torque, start, f64::from(sample) / 500.0))
+            .collect();
         let near = |name: &str, expected: f64| {
             let found = of(name)[row];
-            assert!((found - expected).abs() < 1e-7 * (1.0 + expected.abs()), "{name}: {found}, {expected}");
+            assert!(
+                (found - expected).abs() < 1e-7 * (1.0 + expected.abs()),
+                "{name}: {found}, {expected}"
+            );
         };
         let [q, u] = samples[1000];
         near("q.hinge", q);
         near("u.hinge", u);
-        let all = |pick: &dyn Fn(&[f64; 2]) -> f64| samples.iter().map(pick).reduce(f64::max).unwrap();
+        let all =
+            |pick: &dyn Fn(&[f64; 2]) -> f64| samples.iter().map(pick).reduce(f64::max).unwrap();
         near("q_max.hinge", all(&|sample| sample[0]));
         near("q_min.hinge", -all(&|sample| -sample[0]));
         near("u_max.hinge", all(&|sample| sample[1].abs()));
@@ -94,7 +99,10 @@ fn motions_are_those_of_the_closed_form() {
 #[test]
 fn a_motion_that_has_not_settled_has_no_time_to_settle() {
     let times = column(
-        &rows(ROD, "{ grid: { b: [0, 1e-6, 3e-5] }, record: [settling], duration: 1 s, rate: 1 kHz }"),
+        &rows(
+            ROD,
+            "{ grid: { b: [0, 1e-6, 3e-5] }, record: [settling], duration: 1 s, rate: 1 kHz }",
+        ),
         "settling_time",
     );
     assert_eq!([times[0], times[1]], [None, None]);
@@ -129,7 +137,10 @@ fn a_run_that_fails_has_its_reason_and_no_numbers() {
     let failures = text("failure");
     assert_eq!(failures[0], None);
     assert!(failures[1].as_ref().is_some_and(|it| it.contains("damping")), "{failures:?}");
-    assert!(failures[2].as_ref().is_some_and(|it| it.contains("outside its limits")), "{failures:?}");
+    assert!(
+        failures[2].as_ref().is_some_and(|it| it.contains("outside its limits")),
+        "{failures:?}"
+    );
     for (failure, q) in failures.iter().zip(column(&rows, "q.hinge")) {
         assert_eq!(failure.is_some(), q.is_none());
     }

@@ -74,7 +74,8 @@ fn a_part_that_is_damaged_or_missing_is_computed_again() {
     let parts = store.missing();
     sweep.execute(&parts, 2, &model.1, &store, || false, |_| ()).unwrap();
     drop(store);
-    let part = |part: usize| file.with_extension("parquet.parts").join(format!("{part:08}.parquet"));
+    let part =
+        |part: usize| file.with_extension("parquet.parts").join(format!("{part:08}.parquet"));
     let bytes = fs::read(part(1)).unwrap();
     fs::write(part(1), &bytes[..bytes.len() / 2]).unwrap();
     fs::remove_file(part(3)).unwrap();
