@@ -241,7 +241,8 @@ def _dask(
         client, ours = get_client(), False
     except ValueError:
         client, ours = Client(n_workers=workers, threads_per_worker=1), True
-    shipped = client.scatter(pickle.dumps(arguments), broadcast=True)
+    # The result of a task, which a cluster computes again if the worker that has it is lost.
+    shipped = client.submit(bytes, pickle.dumps(arguments), pure=False)
     ahead = AHEAD * (workers or sum(client.nthreads().values()))
     waiting = iter(parts)
 

@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 
 use lamc::pipeline::{CompileError, compile};
 use lamc::source::pattern::{Options, import};
-use lamc::source::{Diagnostics, SourceFile};
+use lamc::source::{AngleUnit, Diagnostics, SourceFile};
 use lamc_tests::golden::is_pinned;
 use lamc_workbench::identify::{Record, family};
 use lamc_workbench::mocap::Quaternions;
 use lamc_workbench::reading::{configurations, states};
+use lamc_workbench::sweep::plan::{Plan, Quantities, Quantity, Target};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("wrong")
@@ -46,6 +47,7 @@ fn numbers(file: &SourceFile) -> Option<Diagnostics> {
         ("csv", "specimens") => family::read(text).map(drop),
         ("csv", "configurations") => configurations(text, &joints).map(drop),
         ("json", "states") => states(text).map(drop),
+        ("yaml", "plan") => Plan::read(file, &quantities(), AngleUnit::default()).map(drop),
         ("svg" | "fold" | "dxf", _) => {
             let bytes = text.clone().into_bytes();
             return Some(import(&file.path, bytes, "wrong", &Options::default()).found);
@@ -54,6 +56,22 @@ fn numbers(file: &SourceFile) -> Option<Diagnostics> {
         _ => panic!("{}: no reader has this name", file.path),
     };
     Some(read.expect_err("a file with a mistake"))
+}
+
+/// What the plans may name.
+fn quantities() -> Quantities {
+    let quantity = |name: &str, target, value| Quantity {
+        name: name.to_owned(),
+        target,
+        value,
+        dimension: None,
+    };
+    Quantities(vec![
+        quantity("k", Target::Parameter(0), 0.01),
+        quantity("input.motor", Target::Input(0), 0.0),
+        quantity("initial.knee", Target::Initial(0), 0.5),
+        quantity("initial.hip", Target::Initial(1), 0.0),
+    ])
 }
 
 #[test]

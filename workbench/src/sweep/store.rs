@@ -104,7 +104,9 @@ impl Store {
         files::probe(&file)
             .map_err(|error| StoreError::Failed(file.display().to_string(), error))?;
         match fs::create_dir(&folder) {
-            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(failed(error)),
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
+                return Err(failed(error));
+            }
             _ => {}
         }
         let lock = File::create(folder.join("lock")).map_err(failed)?;

@@ -16,9 +16,12 @@ use super::{
     Varied,
 };
 use crate::simulation::{Method, Settings};
+use crate::sweep::MOST_SOBOL;
 
 /// Most values of an axis.
 const MOST_VALUES: u64 = 1_000_000;
+/// Most samples of a run.
+const MOST_SAMPLES: f64 = 1e7;
 /// The records of an equilibrium.
 const AT_REST: &[&str] = &["end", "energy", "frequencies"];
 /// What there is of motions only.
@@ -67,6 +70,11 @@ impl Reader<'_> {
             self.found.push(error.hint("give a `grid`, or `vary` and `samples`"));
         }
         let points = plan.axes.iter().map(|axis| axis.values.len() as u64);
+        let is_sobol = plan.sampler == Sampler::Sobol;
+        if is_sobol && plan.varied.len() > MOST_SOBOL {
+            let message = format!("Sobol's sequence has at most {MOST_SOBOL} quantities here");
+            self.wrong(fields.get("vary")?.span, message);
+        }
         let runs = points.chain([plan.samples]).try_fold(1, u64::checked_mul);
         if runs.is_none_or(|runs| runs > MOST_RUNS) {
             let message = format!("the plan has more than {MOST_RUNS} runs");
@@ -281,6 +289,13 @@ impl Reader<'_> {
             tolerance: tolerance?,
             restitution: restitution?,
         };
+        if settings.duration * rate? > MOST_SAMPLES {
+            let at = fields.at();
+            self.wrong(
+                at,
+                format!("a run has more than {MOST_SAMPLES:e} samples: lower `rate` or `duration`"),
+            );
+        }
         if !(0.0..=1.0).contains(&settings.restitution) {
             let at = fields.get("restitution")?.span;
             self.wrong(at, "`restitution` must lie between 0 and 1");

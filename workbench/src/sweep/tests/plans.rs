@@ -52,6 +52,41 @@ fn each_distribution_is_about_the_value_that_the_model_has_now() {
     assert_eq!(plan.varied[1].distribution, Distribution::Normal([-0.2, 0.2 * 0.1]));
 }
 
+/// Each key with its example.
+#[test]
+fn the_examples_of_the_reference_are_plans() {
+    let model = ROD.replace("hinge", "j0").replace("k: 1 mN*m/rad", "k: 1e-3");
+    let (compiled, system) = compiled(&model);
+    let quantities = Quantities::of(&compiled, &system, &[]);
+    let rest = "vary: { b: { normal: 1e-7 } }\nsamples: { count: 2 }\n";
+    for mapping in plan::MAPPINGS {
+        for key in mapping.keys {
+            let entry = format!("{}: {}", key.name, key.example);
+            let text = match (mapping.name, key.name) {
+                ("plan", "vary") => format!("{entry}\nsamples: {{ count: 2 }}"),
+                ("plan", "samples") => format!("{entry}\nvary: {{ b: {{ normal: 1e-7 }} }}"),
+                ("plan", _) => format!("{entry}\n{rest}"),
+                ("axis", "spacing") => {
+                    format!("grid: {{ k: {{ from: 1, to: 2, count: 3, {entry} }} }}")
+                }
+                ("axis", _) => "grid: { initial.j0: { from: 10deg, to: 60deg, count: 6 } }".into(),
+                ("distribution", _) => {
+                    format!("vary: {{ k: {{ {entry} }} }}\nsamples: {{ count: 2 }}")
+                }
+                ("samples", "count") => {
+                    format!("samples: {{ {entry} }}\nvary: {{ k: {{ normal: 1% }} }}")
+                }
+                ("samples", _) => {
+                    format!("samples: {{ count: 4, {entry} }}\nvary: {{ k: {{ normal: 1% }} }}")
+                }
+                other => panic!("no example of {other:?}"),
+            };
+            let read = Plan::read(&file(&text), &quantities, AngleUnit::default());
+            assert!(read.is_ok(), "{text}\n{}", read.unwrap_err());
+        }
+    }
+}
+
 #[test]
 fn shards_divide_all_runs() {
     for (all, of) in [(10_u64, 3_u64), (7, 100), (100_000_000, 999)] {
