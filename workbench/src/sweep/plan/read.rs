@@ -161,7 +161,8 @@ impl Reader<'_> {
             Fields::new(&entry.value, entry.key.span, owner, &DISTRIBUTION, &mut self.found)?;
         let given: Vec<_> = DISTRIBUTIONS.iter().filter_map(|key| fields.entry(key)).collect();
         let [Entry { key, value, .. }] = given.as_slice() else {
-            if !self.found.has_errors() {
+            // An unknown key has been reported.
+            if !given.is_empty() || !self.found.has_errors() {
                 self.wrong(entry.value.span, "give one of `uniform`, `log_uniform` and `normal`");
             }
             return None;
@@ -281,6 +282,11 @@ impl Reader<'_> {
         let rate = self.number(fields, "rate", "Hz");
         let tolerance = self.number(fields, "tolerance", "%");
         let restitution = self.number(fields, "restitution", "%");
+        if let Some(node) = fields.get("restitution")
+            && restitution.is_some_and(|share| !(0.0..=1.0).contains(&share))
+        {
+            self.wrong(node.span, "`restitution` must lie between 0 and 1");
+        }
         let settling_band = self.number(fields, "settling_band", "%");
         let method = Method::named(self.word(fields, "method", METHODS)?);
         let settings = Settings {
@@ -295,10 +301,6 @@ impl Reader<'_> {
                 at,
                 format!("a run has more than {MOST_SAMPLES:e} samples: lower `rate` or `duration`"),
             );
-        }
-        if !(0.0..=1.0).contains(&settings.restitution) {
-            let at = fields.get("restitution")?.span;
-            self.wrong(at, "`restitution` must lie between 0 and 1");
         }
         Some(Task::Simulate(Simulate {
             settings,
