@@ -124,14 +124,8 @@ impl SourceModel {
             let hint = alternatives(input, &names, "inputs");
             return Err(EditError::Unknown { what: "input", name: input.to_owned(), hint });
         };
-        let given = formula::parse(text, &Parameters(self)).map_err(|problems| {
-            let lines = problems.into_iter().map(|problem| match problem.hint {
-                Some(hint) => format!("{} ({hint})", problem.message),
-                None => problem.message,
-            });
-            let reason = lines.collect::<Vec<_>>().join("; ");
-            EditError::Expression { text: text.to_owned(), reason }
-        })?;
+        let given = formula::read(text, &Parameters(self))
+            .map_err(|reason| EditError::Expression { text: text.to_owned(), reason })?;
         for expression in self.expressions_mut() {
             expression.replace(&Expression::Input(id), &given);
         }

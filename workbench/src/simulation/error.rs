@@ -72,6 +72,12 @@ pub enum SimulationError {
         /// The joints at a stop, quoted.
         at_stop: Vec<String>,
     },
+    /// The function of an event gives no number.
+    #[error("an event has no value at t = {t} s")]
+    NoValue {
+        /// s.
+        t: f64,
+    },
 }
 
 fn advice(started_flat: bool) -> &'static str {

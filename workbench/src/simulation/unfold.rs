@@ -39,6 +39,22 @@ pub enum Fold {
     Loose,
 }
 
+impl Fold {
+    /// The warning of it. `initial` is how the reader gives initial angles.
+    pub fn warning(&self, initial: &str) -> String {
+        match self {
+            Self::Begun(bent) => format!(
+                "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad in the direction of its \
+                 forces; {initial} chooses another direction"
+            ),
+            Self::Loose => format!(
+                "a flat sheet can fold in many ways, and its forces do not determine one: if the simulation \
+                 fails, start from a folded guess ({initial})"
+            ),
+        }
+    }
+}
+
 /// Moves a flat sheet at rest to the beginning of a fold. `None`: it is no such sheet, nothing moves
 /// it, or no fold was found.
 pub fn unfold(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Option<Fold> {

@@ -1,0 +1,54 @@
+//! Formulas that stand outside of a model file, such as the event of a simulation.
+
+use super::expression::Expression;
+use super::formula::{self, Scope};
+use super::ids::{InputId, JointId, ParameterId};
+
+/// The names of a model that a formula may use, in the order of their indices.
+#[derive(Clone, Debug, Default)]
+pub struct Vocabulary<'m> {
+    /// Parameters.
+    pub parameters: Vec<&'m str>,
+    /// Inputs.
+    pub inputs: Vec<&'m str>,
+    /// Joints, of which a formula may use the angle `q.<joint>` and the speed `u.<joint>`.
+    pub joints: Vec<&'m str>,
+}
+
+impl Vocabulary<'_> {
+    /// Reads a formula of t and of these names, in SI units and radians.
+    ///
+    /// # Errors
+    /// The text is no such formula; the reason is in one line.
+    pub fn read(&self, text: &str) -> Result<Expression, String> {
+        formula::read(text, self).map_err(|reason| format!("`{text}`: {reason}"))
+    }
+}
+
+fn position(names: &[&str], name: &str) -> Option<usize> {
+    names.iter().position(|known| *known == name)
+}
+
+impl Scope for Vocabulary<'_> {
+    fn symbol(&self, name: &str) -> Option<Expression> {
+        let parameter =
+            position(&self.parameters, name).map(ParameterId).map(Expression::Parameter);
+        parameter.or_else(|| position(&self.inputs, name).map(InputId).map(Expression::Input))
+    }
+
+    fn symbols(&self) -> Vec<&str> {
+        self.parameters.iter().chain(&self.inputs).copied().collect()
+    }
+
+    fn joint(&self, name: &str) -> Option<JointId> {
+        position(&self.joints, name).map(JointId)
+    }
+
+    fn joints(&self) -> Vec<&str> {
+        self.joints.clone()
+    }
+
+    fn motion_refused(&self) -> Option<&'static str> {
+        None
+    }
+}
