@@ -20,6 +20,6 @@ def test_the_code_of_the_guide_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     for block in blocks:
         exec(compile(block, "docs/PYTHON.md", "exec"), names)
     # What the page says of it.
-    assert repr(names["model"]) == "<lamc.Model sixbar: 6 joints, 1 loops, mobility 3>"
+    assert repr(names["model"]) == "<lamc.Model sixbar: 6 joints, 1 loop, mobility 3>"
     held, played = names["held"], names["played"]
     assert abs(held.q - played.q).max() < 1e-9  # type: ignore[attr-defined]
