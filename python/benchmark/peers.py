@@ -158,7 +158,8 @@ def by_sympy(sixbar: Sixbar) -> tuple[Rates, Rates]:
     parts = [m.xreplace(plain) for m in (kane.mass_matrix, kane.forcing, jacobian, gamma)]
     arguments = [plain[s] for s in (*order[0], *order[1])]
     single = sympy.lambdify(arguments, parts, cse=True)
-    flat = sympy.lambdify(arguments, [list(part) for part in parts], cse=True)
+    # In one list: of nested ones it shares no subexpressions.
+    flat = sympy.lambdify(arguments, [entry for part in parts for entry in part], cse=True)
     n, rows = len(order[0]), 3
 
     def one(q: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -167,10 +168,8 @@ def by_sympy(sixbar: Sixbar) -> tuple[Rates, Rates]:
         return np.linalg.solve(kkt, np.concatenate([forcing, -gamma]).ravel())[:n]
 
     def many(q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        found = flat(*q.T, *u.T)
-        mass, forcing, jacobian, gamma = (
-            np.stack([np.broadcast_to(entry, len(q)) for entry in part], axis=-1) for part in found
-        )
+        found = np.stack([np.broadcast_to(entry, len(q)) for entry in flat(*q.T, *u.T)], axis=-1)
+        mass, forcing, jacobian, gamma = np.split(found, np.cumsum([len(part) for part in parts])[:-1], axis=1)
         kkt = np.zeros((len(q), n + rows, n + rows))
         kkt[:, :n, :n] = mass.reshape(-1, n, n)
         kkt[:, n:, :n] = jacobian.reshape(-1, rows, n)
