@@ -1,5 +1,7 @@
 """Events against closed forms and against SciPy's."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -154,3 +156,32 @@ def test_mistakes_in_events(swinging: lamc.Model) -> None:
         swinging.simulate(0.5, events=3)  # type: ignore[arg-type]
     with pytest.raises(lamc.Error, match="`terminal` must be a whole number"):
         swinging.simulate(0.5, events=lamc.Event("t", terminal=-1))
+
+
+def test_looking_changes_nothing(sixbar: lamc.Model) -> None:
+    state = sixbar.assemble({"ground_west": 0.3})
+    plain = sixbar.simulate(0.2, 50, state=state)
+    watched = sixbar.simulate(0.2, 50, state=state, events=["u.ground_west", lambda t, q, u: q[0] - q[1]])
+    assert sum(map(len, watched.events)) > 2
+    assert (plain.q == watched.q).all() and (plain.u == watched.u).all()
+
+
+@pytest.mark.parametrize(
+    ("function", "most"),
+    # Bisection would halve a step of 0.1 s some fifty times.
+    [(lambda t: t, 10), (lambda t: np.expm1(40 * t), 10), (np.sign, 52)],
+    ids=["line", "curve", "jump"],
+)
+def test_few_evaluations_find_a_time(
+    pendulum: lamc.Model, function: Callable[[float], float], most: int
+) -> None:
+    times: list[float] = []
+
+    def event(t: float, q: np.ndarray, u: np.ndarray) -> float:
+        times.append(t)
+        return function(t - 0.1234)
+
+    motion = pendulum.simulate(0.3, 10, initial={"hinge": 0.0}, events=event)
+    assert_allclose(motion.events[0].t, [0.1234], rtol=1e-14)
+    # The start, the end of each step, and both ends of the one in which it changes.
+    assert len(times) <= 1 + sum(motion._native.steps) + 2 + most
