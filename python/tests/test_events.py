@@ -145,7 +145,7 @@ def test_mistakes_in_events(swinging: lamc.Model) -> None:
 
     with pytest.raises(KeyError, match="sensor"):
         swinging.simulate(0.5, events=broken)
-    with pytest.raises(lamc.SimulationError, match="an event has no value at t = 0") as raised:
+    with pytest.raises(lamc.SimulationError, match="event 0 has no value at t = 0") as raised:
         swinging.simulate(0.5, events="sqrt(0.1 - t)")
     assert not raised.value.motion.complete and 0 < len(raised.value.motion) <= 11
     with pytest.raises(lamc.Error, match="`q.knee`: .*hinge"):

@@ -52,3 +52,34 @@ impl Scope for Vocabulary<'_> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAMES: [&str; 2] = ["left", "right"];
+
+    /// t = 2, k = 3, motor = 5, q = 7 and 11, u = 13 and 17.
+    fn value(leaf: &Expression) -> f64 {
+        match leaf {
+            Expression::Time => 2.0,
+            Expression::Parameter(ParameterId(0)) => 3.0,
+            Expression::Input(InputId(0)) => 5.0,
+            Expression::Position(joint) => [7.0, 11.0][joint.index()],
+            Expression::Rate(joint) => [13.0, 17.0][joint.index()],
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn formulas_use_the_names_of_the_model() {
+        let names =
+            Vocabulary { parameters: vec!["k"], inputs: vec!["motor"], joints: NAMES.to_vec() };
+        let read = names.read("t*k - motor + q.right*u.left").unwrap();
+        assert_eq!(read.evaluate(&value), 2.0 * 3.0 - 5.0 + 11.0 * 13.0);
+        let unknown = names.read("q.rigth - stiffness").unwrap_err();
+        assert!(unknown.starts_with("`q.rigth - stiffness`: "), "{unknown}");
+        assert!(unknown.contains("`rigth`") && unknown.contains("`stiffness`"), "{unknown}");
+        assert!(names.read("q.right +").is_err());
+    }
+}

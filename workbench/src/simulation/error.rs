@@ -73,8 +73,10 @@ pub enum SimulationError {
         at_stop: Vec<String>,
     },
     /// The function of an event gives no number.
-    #[error("an event has no value at t = {t} s")]
+    #[error("the function of event {event} has no value at t = {t} s")]
     NoValue {
+        /// Its number, from 0 on.
+        event: usize,
         /// s.
         t: f64,
     },

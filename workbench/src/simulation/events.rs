@@ -63,6 +63,8 @@ pub enum Reached {
 /// Why a look at an event is not completed.
 enum Halt {
     Interrupted,
+    /// Its function gives no number at this time, s.
+    NoValue(f64),
     Failed(SimulationError),
 }
 
@@ -74,9 +76,7 @@ impl Watch {
 
     fn value_at(&mut self, state: &State<Vec<f64>, f64>, inputs: &[f64]) -> Result<f64, Halt> {
         match (self.event.function)(state, inputs) {
-            Some(value) if value.is_nan() => {
-                Err(Halt::Failed(SimulationError::NoValue { t: state.t }))
-            }
+            Some(value) if value.is_nan() => Err(Halt::NoValue(state.t)),
             Some(value) => Ok(value),
             None => Err(Halt::Interrupted),
         }
@@ -111,7 +111,8 @@ impl Simulation {
         let mut watches = std::mem::take(&mut self.watches);
         let mut changes = Vec::new();
         let outcome = watches.iter_mut().enumerate().try_for_each(|(index, watch)| {
-            changes.extend(self.change(watch, begin, &inputs)?.map(|state| (index, state)));
+            let found = self.change(watch, begin, &inputs).map_err(|halt| (index, halt))?;
+            changes.extend(found.map(|state| (index, state)));
             Ok(())
         });
         changes.sort_by(|(_, a), (_, b)| a.t.total_cmp(&b.t));
@@ -129,8 +130,9 @@ impl Simulation {
         self.watches = watches;
         match outcome {
             Ok(()) => Ok(reached),
-            Err(Halt::Interrupted) => Ok(Reached::Interrupted),
-            Err(Halt::Failed(error)) => Err(error),
+            Err((_, Halt::Interrupted)) => Ok(Reached::Interrupted),
+            Err((event, Halt::NoValue(t))) => Err(SimulationError::NoValue { event, t }),
+            Err((_, Halt::Failed(error))) => Err(error),
         }
     }
 

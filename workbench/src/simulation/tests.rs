@@ -115,5 +115,8 @@ fn a_function_can_interrupt_and_must_have_a_value() {
     let mut simulation = swing("", (1.0, 0.0), &Settings::default());
     simulation.watch(event(|state| (0.05 - state.t).sqrt(), Direction::Either, None));
     let error = simulation.reach(0.1, || false).unwrap_err();
-    assert!(error.to_string().starts_with("an event has no value at t = 0.0"), "{error}");
+    assert!(
+        error.to_string().starts_with("the function of event 0 has no value at t = 0.0"),
+        "{error}"
+    );
 }
