@@ -21,8 +21,19 @@ impl Vocabulary<'_> {
     /// # Errors
     /// The text is no such formula; the reason is in one line.
     pub fn read(&self, text: &str) -> Result<Expression, String> {
-        formula::read(text, self).map_err(|reason| format!("`{text}`: {reason}"))
+        read(text, self).map_err(|reason| format!("`{text}`: {reason}"))
     }
+}
+
+/// Reads a formula; the mistakes in it are one line.
+pub(super) fn read(text: &str, scope: &dyn Scope) -> Result<Expression, String> {
+    formula::parse(text, scope).map_err(|problems| {
+        let lines = problems.into_iter().map(|problem| match problem.hint {
+            Some(hint) => format!("{} ({hint})", problem.message),
+            None => problem.message,
+        });
+        lines.collect::<Vec<_>>().join("; ")
+    })
 }
 
 fn position(names: &[&str], name: &str) -> Option<usize> {

@@ -75,17 +75,6 @@ pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Expression, Vec<Pro
     }
 }
 
-/// As [`parse`], with all problems in one line.
-pub(super) fn read(text: &str, scope: &dyn Scope) -> Result<Expression, String> {
-    parse(text, scope).map_err(|problems| {
-        let lines = problems.into_iter().map(|problem| match problem.hint {
-            Some(hint) => format!("{} ({hint})", problem.message),
-            None => problem.message,
-        });
-        lines.collect::<Vec<_>>().join("; ")
-    })
-}
-
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Token<'t> {
     Number(f64),
