@@ -1,11 +1,12 @@
-"""How fast models run from Python: ``python benchmark/rate.py MODEL [RATE]``.
+"""How fast models run from Python: ``python benchmark/rate.py MODEL [--rust RATE] [--peers]``.
 
 ``RATE`` is the program ``rate`` (``cargo build --release --example rate``), which calls the same machine code from
-Rust. Both take turns, and the best of several runs counts.
+Rust. Both take turns, and the best of several runs counts. ``--peers`` compares with SymPy and Pynamics
+(``pip install sympy pynamics pyyaml``); the model must be the six-bar then.
 """
 
+import argparse
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -43,4 +44,13 @@ def main(path: str, rate: str | None) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else None)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("model")
+    parser.add_argument("--rust", metavar="RATE")
+    parser.add_argument("--peers", action="store_true")
+    arguments = parser.parse_args()
+    main(arguments.model, arguments.rust)
+    if arguments.peers:
+        from peers import compare
+
+        compare(arguments.model)

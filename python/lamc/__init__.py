@@ -11,17 +11,21 @@ All numbers are in SI units and radians.
 
 from importlib.metadata import version
 
+from ._events import Crossings, Event
 from ._lamc import Error
-from ._model import Equilibrium, Equations, Fit, Jacobian, Model, Modes, load
+from ._model import Model, load
 from ._motion import Motion, SimulationError
+from ._results import Equations, Equilibrium, Fit, Jacobian, Modes
 from ._sweep import Sweep, sweep
 
 __version__ = version("lamc")
 
 __all__ = [
+    "Crossings",
     "Equations",
     "Equilibrium",
     "Error",
+    "Event",
     "Fit",
     "Jacobian",
     "Model",

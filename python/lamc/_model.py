@@ -6,7 +6,6 @@ import json
 import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,105 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _command, _lamc
+from ._arguments import count, names, number, numbers, positive, whole
+from ._events import EventLike, requests
 from ._motion import Motion, SimulationError, frame
+from ._results import Equations, Equilibrium, Fit, Jacobian, Modes
 
 Array = NDArray[np.float64]
 Controller = Callable[[float, Array, Array], "Sequence[float] | Mapping[str, float] | Array | float"]
-
-
-@dataclass(frozen=True)
-class Equations:
-    """M du/dt = f + J^T lambda with J du/dt = -gamma; lambda are the closure forces. The torques of motors at driven joints
-    come on the right-hand side, too (:meth:`Model.motor_torques`). A leading axis is that of the states, if there were
-    several."""
-
-    mass: Array
-    """M (N, N), kg m^2."""
-    forcing: Array
-    """f (N), N m."""
-    jacobian: Array
-    """J (C, N)."""
-    gamma: Array
-    """gamma (C)."""
-
-
-@dataclass(frozen=True)
-class Jacobian:
-    """Derivatives of a = du/dt, valid along directions in which the loops stay closed. Of redundant loops, other directions mean
-    nothing. A leading axis is that of the states, if there were several."""
-
-    acceleration: Array
-    """a (N), rad/s^2."""
-    dq: Array
-    """da/dq (N, N), 1/s^2."""
-    du: Array
-    """da/du (N, N), 1/s."""
-    dt: Array
-    """da/dt (N), rad/s^3."""
-
-
-@dataclass(frozen=True)
-class Equilibrium:
-    """A state of rest."""
-
-    q: Array
-    """Angles (N), rad."""
-    stable: bool
-    """Whether it is both statically and dynamically stable."""
-    statically_stable: bool
-    """Whether every small displacement is opposed."""
-    dynamically_stable: bool
-    """Whether no small motion grows."""
-    force: float
-    """The largest remaining generalised force along the closure, N m."""
-    potential_energy: float
-    """J."""
-    iterations: int
-    """Steps that were taken."""
-
-
-@dataclass(frozen=True)
-class Modes:
-    """Small motions about a state of rest: dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z.
-
-    z are the d directions in which the loops let the joints move there: as many as the mobility, more in a singular state,
-    fewer where joints are driven. T is scaled so that the mass matrix of z is the identity.
-    """
-
-    equilibrium: Equilibrium
-    """The state of rest."""
-    frequency: Array
-    """Undamped frequencies (modes), Hz, ascending."""
-    damping_ratio: Array
-    """Damping ratios (modes)."""
-    eigenvalue: NDArray[np.complex128]
-    """Eigenvalues of A (modes), 1/s; of a pair the upper one."""
-    shape: NDArray[np.complex128]
-    """The joints' part in each mode (modes, N), the largest made 1."""
-    a: Array
-    """A (2 d, 2 d)."""
-    b: Array
-    """B (2 d, inputs)."""
-    basis: Array
-    """T (N, d)."""
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Parameters that were identified from a measured motion."""
-
-    model: Model
-    """The model with these parameters."""
-    parameters: dict[str, float]
-    """The identified parameters, SI."""
-    standard_error: dict[str, float]
-    """Their standard errors, SI."""
-    correlation: Array
-    """Correlations of the estimates, in the order of ``parameters``."""
-    rms: float
-    """Root mean square of the residuals, rad."""
-    q: Array
-    """The fitted motion at the measured times (S, N), rad."""
 
 
 def load(
@@ -140,14 +47,19 @@ def load(
     """
     if isinstance(source, Mapping):
         # JSON is YAML.
-        text: str | None = json.dumps(source, indent=2, default=plain)
+        try:
+            text: str | None = json.dumps(source, indent=2, default=plain)
+        except (TypeError, ValueError) as mistake:
+            raise _lamc.Error(f"the dictionary is no model: {mistake}") from None
         path = "-"
     elif isinstance(source, str) and "\n" in source:
         text, path = source, "-"
-    else:
+    elif isinstance(source, str | os.PathLike):
         text, path = None, os.fspath(source)
+    else:
+        raise _lamc.Error(f"a model is a path, a text or a dictionary, not {source!r}")
     options = [f"--input={name}={formula}" for name, formula in (inputs or {}).items()]
-    options += [f"--lock={joint}={float(angle)!r}rad" for joint, angle in (lock or {}).items()]
+    options += [f"--lock={joint}={number(joint, angle)!r}rad" for joint, angle in (lock or {}).items()]
     if not cache:
         options.append("--no-cache")
     derived, report = _command.run_with_report(["derive", path, "--output=-", *options], text)
@@ -175,6 +87,14 @@ class Model:
         """The model's name."""
         self.joints: list[str] = about["joints"]
         """Joints, in the order of q and u."""
+        self.joint_bodies: list[tuple[str, str]] = [(first, second) for first, second in about["joint_bodies"]]
+        """The first and the second body of each joint."""
+        self.hinge_origins: Array = np.array(about["hinge_origins"], dtype=float).reshape(-1, 3)
+        """The first point of each hinge line (N, 3) in the flat sheet, m."""
+        self.hinge_axes: Array = np.array(about["hinge_axes"], dtype=float).reshape(-1, 3)
+        """The direction of each hinge line (N, 3) in the flat sheet, a unit vector: at a positive angle the second body is
+        turned about it, relative to the first, by the right hand. On a body with the pose R, p
+        (:meth:`poses`) the line passes through R origin + p along R axis."""
         self.bodies: list[str] = about["bodies"]
         """Bodies."""
         self.points: list[str] = about["points"]
@@ -205,7 +125,7 @@ class Model:
         Raises:
             Error: There is no such parameter, or the value is impossible.
         """
-        values = {name: float(value) for name, value in parameters.items()}
+        values = {name: number(name, value) for name, value in parameters.items()}
         native, found = self._native.with_parameters(values)
         self._warn(found)
         return Model(native, {**self._changed, **values}, self._formulas)
@@ -277,15 +197,19 @@ class Model:
     def jacobian(
         self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
     ) -> Jacobian:
-        """Returns du/dt with its derivatives by q, u and t, along closed directions (:class:`Jacobian`)."""
+        """Returns du/dt with its derivatives by q, u, t and the inputs, along closed directions (:class:`Jacobian`)."""
         states, several = self._states(q, u, t, inputs)
         acceleration, dq, du, dt = self._native.jacobian(states)
-        n = len(self.joints)
+        n, width = len(self.joints), len(self.inputs)
+        # After du/dt itself.
+        [by_inputs] = self._native.by_inputs(states) if width else [acceleration]
+        by_inputs = _shaped(by_inputs, states, several, width + 1, n)[..., 1:, :]
         return Jacobian(
             _shaped(acceleration, states, several, n),
             _shaped(dq, states, several, n, n),
             _shaped(du, states, several, n, n),
             _shaped(dt, states, several, n),
+            np.swapaxes(by_inputs, -1, -2),
         )
 
     def energy(
@@ -330,17 +254,19 @@ class Model:
             inputs: Inputs, held during all steps, SI.
             steps: Number of steps, at least 1.
         """
-        if steps < 1 or steps != int(steps):
-            raise _lamc.Error(f"`steps` must be a whole number from 1 on, not {steps}")
+        count, length = whole("steps", steps, least=1), number("dt", dt)
         states, several = self._states(q, u, t, inputs)
-        moved, speeds = self._native.step(states, float(dt), int(steps))
+        moved, speeds = self._native.step(states, length, count)
         n = len(self.joints)
         return _shaped(moved, states, several, n), _shaped(speeds, states, several, n)
 
     # -- closed states, rest, motion ----------------------------------------------------------------------------
 
     def assemble(
-        self, guess: Mapping[str, float] | ArrayLike | None = None, u: ArrayLike | None = None
+        self,
+        guess: Mapping[str, float] | ArrayLike | None = None,
+        u: ArrayLike | None = None,
+        t: float = 0.0,
     ) -> tuple[Array, Array]:
         """Returns the closed state (q, u) nearest to a guess.
 
@@ -348,37 +274,39 @@ class Model:
             guess: Angles by joint, which are kept if the loops close that way, while the others start from the model's
                 initial values; or angles of all joints (N), of which none is kept. By default the model's initial state.
             u: Speeds (N), rad/s, made consistent with the loops. By default those of the model.
+            t: Time, s: joints that are driven have their angles of then.
 
         Raises:
             Error: No closed state was found.
         """
-        q, rates, found = self._closed(guess, u)
+        q, rates, found = self._closed(guess, u, number("t", t))
         # Whoever gives speeds asks for the consistent ones.
         if u is None:
             self._warn(found)
         return q, rates
 
     def _closed(
-        self, guess: Mapping[str, float] | ArrayLike | None, u: ArrayLike | None
+        self, guess: Mapping[str, float] | ArrayLike | None, u: ArrayLike | None, t: float = 0.0
     ) -> tuple[Array, Array, list[str]]:
         """As :meth:`assemble`, with the warnings."""
         q, speeds, pinned = (list(values) for values in self._initial)
         if isinstance(guess, Mapping):
             pinned = [False] * len(q)
-            for k, angle in zip(self._indices(guess), guess.values()):
+            for k, given in zip(self._indices(guess), guess.values()):
                 name, (least, greatest) = self.joints[k], self.limits[k]
+                angle = number(name, given)
                 if name in self.driven:
                     raise _lamc.Error(f"`{name}` is driven: its angle is prescribed")
                 if not least <= angle <= greatest:
                     raise _lamc.Error(
                         f"{angle} rad is outside the limits of `{name}`: {least} .. {greatest} rad"
                     )
-                q[k], pinned[k] = float(angle), True
+                q[k], pinned[k] = angle, True
         elif guess is not None:
             q, pinned = self._vector("guess", guess), [False] * len(q)
         if u is not None:
             speeds = self._vector("u", u)
-        return self._native.assemble(q, speeds, pinned, guess is None)
+        return self._native.assemble(t, q, speeds, pinned, guess is None)
 
     def _warn(self, found: Sequence[str]) -> None:
         """Warns the caller of the method that calls this."""
@@ -386,25 +314,35 @@ class Model:
             warnings.warn(warning, stacklevel=3)
 
     def equilibrium(
-        self, guess: Mapping[str, float] | ArrayLike | None = None, inputs: Any = None
+        self,
+        guess: Mapping[str, float] | ArrayLike | None = None,
+        inputs: Any = None,
+        t: float = 0.0,
     ) -> Equilibrium:
-        """Returns the state of rest that is reached from the closed state nearest to a guess (:meth:`assemble`).
+        """Returns the state of rest that is reached from the closed state nearest to a guess (:meth:`assemble`), with
+        torques and driven joints as they are at t, s.
 
         Raises:
             Error: None was found.
         """
-        return self.modes(guess, inputs).equilibrium
+        return self.modes(guess, inputs, t).equilibrium
 
     def modes(
-        self, guess: Mapping[str, float] | ArrayLike | None = None, inputs: Any = None
+        self,
+        guess: Mapping[str, float] | ArrayLike | None = None,
+        inputs: Any = None,
+        t: float = 0.0,
     ) -> Modes:
-        """Returns natural frequencies, damping and mode shapes about the equilibrium, and the linear system.
+        """Returns natural frequencies, damping and mode shapes about the equilibrium at t, s, and the linear system.
 
         Raises:
             Error: There is no equilibrium.
         """
-        q, _, moved = self._closed(guess, None)
-        found = self._native.rest(list(q), list(self._held(inputs)))
+        time, held = number("t", t), self._held(inputs)
+        if held.ndim != 1:
+            raise _lamc.Error(f"`inputs` has the shape {held.shape}, not ({len(self.inputs)},)")
+        q, _, moved = self._closed(guess, None, time)
+        found = self._native.rest(time, list(q), list(held))
         self._warn([*moved, *found["warnings"]])
         n, modes = len(self.joints), found["modes"]
         rest = Equilibrium(
@@ -444,6 +382,7 @@ class Model:
         state: tuple[ArrayLike, ArrayLike] | None = None,
         settle: bool = False,
         inputs: Mapping[str, Any] | Controller | Array | None = None,
+        events: EventLike | Iterable[EventLike] | None = None,
         tolerance: float = 1e-8,
         method: str = "auto",
         restitution: float = 0.0,
@@ -460,6 +399,10 @@ class Model:
                 function that returns all inputs (by name, or in the order of :attr:`inputs`); or an array (S, inputs).
                 Arrays and functions are sampled at ``rate`` and held between samples, as a digital controller does.
                 Formulas are an argument of :func:`load`.
+            events: Functions of (t, q, u) whose changes of sign are found between the samples (:attr:`Motion.events`), as
+                those of SciPy's ``solve_ivp``: with the attributes ``terminal`` and ``direction``, or a
+                :class:`lamc.Event`; or formulas such as ``"q.knee - 0.5"``. A function that is zero at the start
+                does not change its sign there.
             tolerance: Error allowed per step, relative and absolute.
             method: ``auto``, ``dopri5`` (explicit) or ``rodas`` (implicit).
             restitution: Share of its speed with which a joint leaves a stop.
@@ -468,22 +411,17 @@ class Model:
             SimulationError: It ended early; ``error.motion`` is what was recorded until then.
             Error: The model cannot be assembled, or an argument does not fit.
         """
-        for name, value in (("duration", duration), ("rate", rate), ("tolerance", tolerance)):
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"`{name}` must be a positive number, not {value}")
         if state is not None and initial is not None:
-            raise ValueError("give either `state` or `initial`")
-        # What is a whole number of samples but for rounding has no further one.
-        count = np.ceil(duration * rate * (1 - 1e-12))
-        times = np.minimum(np.arange(count + 1) / rate, duration)
+            raise _lamc.Error("give either `state` or `initial`")
+        times = self._native.sample_times(positive("duration", duration), positive("rate", rate))
         held, changing = self._schedule(inputs, len(times))
         if state is not None:
-            q, u, found = self._closed(state[0], state[1])
+            q, u, found = self._closed(*_pair(state))
         else:
             q, u, found = self._closed(initial, None)
         self._warn(found)
         if settle:
-            q = self._native.rest(list(q), held)["q"]
+            q = self._native.rest(0.0, list(q), held)["q"]
             u = np.zeros_like(u)
         native, failure, found = self._native.simulate(
             {
@@ -492,9 +430,10 @@ class Model:
                 "u": list(u),
                 "held": held,
                 "inputs": changing,
-                "method": method,
-                "tolerance": float(tolerance),
-                "restitution": float(restitution),
+                "events": requests(events),
+                "method": str(method),
+                "tolerance": positive("tolerance", tolerance),
+                "restitution": number("restitution", restitution),
                 "may_unfold": state is None and not settle,
             }
         )
@@ -528,21 +467,24 @@ class Model:
         Raises:
             Error: The record does not determine the parameters, or no minimum was found.
         """
-        times = np.asarray(t, dtype=float)
+        times = np.atleast_1d(numbers("t", t))
         n = len(self.joints)
         if isinstance(q, Mapping):
             angles = np.full((len(times), n), np.nan)
             for k, column in zip(self._indices(q), q.values()):
-                angles[:, k] = column
+                measured = numbers(self.joints[k], column)
+                if measured.shape != times.shape:
+                    raise _lamc.Error(f"`{self.joints[k]}` has the shape {measured.shape}, not {times.shape}")
+                angles[:, k] = measured
         else:
-            angles = np.asarray(q, dtype=float)
+            angles = numbers("q", q)
         if times.ndim != 1 or angles.shape != (len(times), n):
             raise _lamc.Error(f"`q` has the shape {angles.shape}, not ({len(times)}, {n})")
         if len(times) < 3 or not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
             raise _lamc.Error("`t` must have at least three ascending times")
         guess = {} if initial is None else dict(initial)
-        start = list(zip(self._indices(guess), map(float, guess.values())))
-        found = self._native.fit(times.tolist(), angles.tolist(), list(free), start, from_rest)
+        start = [(k, number(self.joints[k], angle)) for k, angle in zip(self._indices(guess), guess.values())]
+        found = self._native.fit(times.tolist(), angles.tolist(), names(free), start, bool(from_rest))
         if not found["is_near"]:
             warnings.warn(
                 "the model does not move as measured: the residuals are "
@@ -577,7 +519,7 @@ class Model:
             extern_c: Whether the module exports the functions of the C header.
             functions: Functions besides those that every motion needs; by default all but ``jacobian``.
         """
-        _write(path, self._native.rust(scalar, extern_c, _list(functions)))
+        _write(path, self._native.rust(str(scalar), bool(extern_c), None if functions is None else names(functions)))
 
     def write_c(
         self,
@@ -591,7 +533,7 @@ class Model:
         beside = Path(header) if header is not None else Path(path).with_suffix(".h")
         if beside == Path(path):
             raise _lamc.Error(f"the module and its header cannot both be `{beside}`")
-        source, declarations = self._native.c(scalar, beside.name, _list(functions))
+        source, declarations = self._native.c(str(scalar), beside.name, None if functions is None else names(functions))
         _write(path, source)
         _write(beside, declarations)
 
@@ -602,7 +544,7 @@ class Model:
             path: The file.
             version: 2 for FMI 2.0, 3 for FMI 3.0.
         """
-        Path(path).write_bytes(self._native.fmu(version))
+        Path(path).write_bytes(self._native.fmu(min(whole("version", version), 9)))
 
     # -- Python -------------------------------------------------------------------------------------------------
 
@@ -611,7 +553,7 @@ class Model:
 
     def __repr__(self) -> str:
         return (
-            f"<lamc.Model {self.name}: {len(self.joints)} joints, {len(self.loops)} loops, "
+            f"<lamc.Model {self.name}: {count(len(self.joints), 'joint')}, {count(len(self.loops), 'loop')}, "
             f"mobility {self.mobility}>"
         )
 
@@ -623,6 +565,7 @@ class Model:
             "u": list(u),
             "held": [0.0] * len(self.inputs),
             "inputs": None,
+            "events": [],
             "method": "auto",
             "tolerance": 1e-8,
             "restitution": 0.0,
@@ -633,20 +576,20 @@ class Model:
 
     # -- arguments ----------------------------------------------------------------------------------------------
 
-    def _indices(self, names: Iterable[str]) -> list[int]:
+    def _indices(self, joints: Iterable[str]) -> list[int]:
         known = {name: k for k, name in enumerate(self.joints)}
         try:
-            return [known[name] for name in names]
+            return [known[name] for name in joints]
         except KeyError as missing:
             there = ", ".join(self.joints)
             raise _lamc.Error(f"there is no joint {missing}; there are {there}") from None
 
-    def _vector(self, name: str, numbers: ArrayLike) -> list[float]:
-        vector = np.asarray(numbers, dtype=float)
+    def _vector(self, name: str, values: ArrayLike) -> list[float]:
+        vector = numbers(name, values)
         if vector.shape != (len(self.joints),):
             raise _lamc.Error(f"`{name}` has the shape {vector.shape}, not ({len(self.joints)},)")
-        values: list[float] = vector.tolist()
-        return values
+        found: list[float] = vector.tolist()
+        return found
 
     def _ordered(self, values: Mapping[str, Any]) -> list[Any]:
         """Values by name in the order of the inputs; 0 where there is none."""
@@ -663,9 +606,13 @@ class Model:
         if inputs is None:
             return np.zeros(len(self.inputs))
         if isinstance(inputs, Mapping):
-            columns = [np.asarray(column, dtype=float) for column in self._ordered(inputs)]
-            return np.stack(np.broadcast_arrays(*columns), axis=-1) if columns else np.zeros(0)
-        values = np.asarray(inputs, dtype=float)
+            columns = [numbers("inputs", column) for column in self._ordered(inputs)]
+            try:
+                return np.stack(np.broadcast_arrays(*columns), axis=-1) if columns else np.zeros(0)
+            except ValueError:
+                shapes = ", ".join(str(column.shape) for column in columns)
+                raise _lamc.Error(f"the shapes of `inputs` differ: {shapes}") from None
+        values = numbers("inputs", inputs)
         if values.ndim == 0 or values.shape[-1] != len(self.inputs):
             raise _lamc.Error(f"`inputs` has the shape {values.shape}, not (.., {len(self.inputs)})")
         return values
@@ -675,7 +622,7 @@ class Model:
     ) -> tuple[_lamc.States, bool]:
         """The arguments as contiguous rows, and whether there was an axis of states."""
         n = len(self.joints)
-        angles = np.asarray(q, dtype=float)
+        angles = numbers("q", q)
         if inputs is None and isinstance(u, np.ndarray) and isinstance(t, float):
             # One state, as an integrator asks for it: this is most of the time of such a call.
             if angles.shape == u.shape == (n,) and u.dtype == angles.dtype:
@@ -683,8 +630,8 @@ class Model:
                 return (*rows, self._no_inputs), False
         if angles.ndim not in (1, 2) or angles.shape[-1] != n:
             raise _lamc.Error(f"`q` has the shape {angles.shape}, not ({n},) or (S, {n})")
-        held, times = self._held(inputs), np.asarray(t, dtype=float)
-        speeds = np.zeros(n) if u is None else np.asarray(u, dtype=float)
+        held, times = self._held(inputs), numbers("t", t)
+        speeds = np.zeros(n) if u is None else numbers("u", u)
         if speeds.ndim not in (1, 2) or speeds.shape[-1] != n:
             raise _lamc.Error(f"`u` has the shape {speeds.shape}, not ({n},) or (S, {n})")
         if times.ndim > 1:
@@ -716,7 +663,7 @@ class Model:
         if inputs is None:
             return [0.0] * len(self.inputs), None
         if not isinstance(inputs, Mapping):
-            table = np.ascontiguousarray(inputs, dtype=float)
+            table = np.ascontiguousarray(numbers("inputs", inputs))
             if table.shape != (samples, len(self.inputs)):
                 raise _lamc.Error(
                     f"`inputs` has the shape {table.shape}, not ({samples}, {len(self.inputs)}): a row for each sample"
@@ -724,7 +671,7 @@ class Model:
             return table[0].tolist(), table
         values = self._ordered(inputs)
         zero = np.zeros(())
-        columns = [zero if callable(value) else np.asarray(value, dtype=float) for value in values]
+        columns = [zero if callable(value) else numbers(name, value) for name, value in zip(self.inputs, values)]
         for name, column in zip(self.inputs, columns):
             if column.ndim and column.shape != (samples,):
                 raise _lamc.Error(
@@ -739,7 +686,7 @@ class Model:
         def call(sample: int, t: float, q: Array, u: Array) -> list[float]:
             row = table[sample]
             return [
-                np.asarray(value(t, q, u), dtype=float).item() if callable(value) else float(row[k])
+                number(self.inputs[k], value(t, q, u)) if callable(value) else float(row[k])
                 for k, value in enumerate(values)
             ]
 
@@ -749,8 +696,9 @@ class Model:
         def call(_: int, t: float, q: Array, u: Array) -> list[float]:
             chosen = controller(t, q, u)
             if isinstance(chosen, Mapping):
-                return [float(value) for value in self._ordered(chosen)]
-            return [float(value) for value in np.atleast_1d(np.asarray(chosen, dtype=float))]
+                return [number("inputs", value) for value in self._ordered(chosen)]
+            values: list[float] = numbers("inputs", chosen).ravel().tolist()
+            return values
 
         return call
 
@@ -758,10 +706,6 @@ class Model:
 def _read(derived: bytes, parameters: Mapping[str, float], formulas: frozenset[str]) -> Model:
     native = _lamc.Program(derived)
     return Model(native.with_parameters(dict(parameters))[0], parameters, formulas)
-
-
-def _list(names: Sequence[str] | None) -> list[str] | None:
-    return None if names is None else list(names)
 
 
 def _write(path: str | os.PathLike[str], text: str) -> None:
@@ -775,6 +719,14 @@ def plain(value: Any) -> Any:
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     raise _lamc.Error(f"a model cannot have {value!r}")
+
+
+def _pair(state: Any) -> tuple[ArrayLike, ArrayLike]:
+    try:
+        q, u = state
+    except (TypeError, ValueError):
+        raise _lamc.Error("`state` must be a pair (q, u)") from None
+    return q, u
 
 
 def _shaped(numbers: Array, states: _lamc.States, several: bool, *shape: int) -> Array:

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _lamc
+from ._arguments import count, names, number, whole
+from ._events import Crossings
 
 if TYPE_CHECKING:
     import pandas
@@ -28,23 +30,22 @@ class SimulationError(_lamc.Error):
     """A simulation ended early.
 
     Attributes:
-        motion: What was recorded until then; ``None`` in an error that comes from another process.
+        motion: What was recorded until then.
     """
 
-    def __init__(self, reason: str, motion: Motion | None) -> None:
+    def __init__(self, reason: str, motion: Motion) -> None:
         super().__init__(reason)
         self.motion = motion
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A motion is not pickled: what is left of the error is its reason.
-        return SimulationError, (str(self), None)
+        return SimulationError, (str(self), self.motion)
 
 
 class Motion:
     """A recorded motion: S samples of N joints.
 
     In a notebook it shows itself as a viewer in which it can be played and turned; the viewer needs no
-    network.
+    network. It can be pickled.
     """
 
     def __init__(self, native: _lamc.Motion, model: Model) -> None:
@@ -122,8 +123,16 @@ class Motion:
 
     @property
     def complete(self) -> bool:
-        """Whether the intended end was reached."""
+        """Whether the intended end was reached: the duration, or an event that ends the motion."""
         return self._native.complete
+
+    @property
+    def events(self) -> list[Crossings]:
+        """For each of the ``events`` of :meth:`Model.simulate`, in their order, when its function changed its sign."""
+        n = len(self.model.joints)
+        return [
+            Crossings(t, q.reshape(len(t), n), u.reshape(len(t), n)) for t, q, u in self._native.events()
+        ]
 
     def to_pandas(self) -> pandas.DataFrame:
         """Returns a table by time with the columns ``q.joint``, ``u.joint``, ``point.name.x``, ``input.name``,
@@ -181,7 +190,7 @@ class Motion:
         """
         import matplotlib.pyplot as plt
 
-        chosen = self.model._indices(self.model.joints if joints is None else joints)
+        chosen = self.model._indices(self.model.joints if joints is None else names(joints))
         _, (angles, speeds, energies) = plt.subplots(
             3, sharex=True, figsize=(7, 7), layout="constrained"
         )
@@ -215,16 +224,16 @@ class Motion:
         Returns:
             The path.
         """
-        path = Path(path)
+        path, speed = Path(path), number("speed", speed)
         match path.suffix.lower():
             case ".mp4":
-                path.write_bytes(self._native.mp4(speed, size))
+                path.write_bytes(self._native.mp4(speed, _pixels(size)))
             case ".png":
-                path.write_bytes(self._native.png(self.t[-1], size))
+                path.write_bytes(self._native.png(self.t[-1], _pixels(size)))
             case ".html":
                 path.write_text(self.html(), encoding="utf-8")
             case other:
-                raise ValueError(f"`{other}` is not one of .mp4, .png, .html")
+                raise _lamc.Error(f"`{other}` is not one of .mp4, .png, .html")
         return path
 
     def write_csv(self, path: str | Path) -> None:
@@ -240,15 +249,34 @@ class Motion:
         ended = "" if self.complete else ", ended early"
         last = self.t[-1] if len(self) else 0.0
         return (
-            f"<lamc.Motion of {self.model.name}: {len(self)} samples to {last:g} s, "
-            f"{explicit + implicit} steps{ended}>"
+            f"<lamc.Motion of {self.model.name}: {count(len(self), 'sample')} to {last:g} s, "
+            f"{count(explicit + implicit, 'step')}{ended}>"
         )
 
     def _repr_html_(self) -> str:
         return frame(self.html())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        raise TypeError("a motion is not pickled: send its arrays, such as `motion.to_xarray()`")
+        events = [list(zip(*(column.tolist() for column in (it.t, it.q, it.u)))) for it in self.events]
+        return _restored, (self.model, self._arrays, self.complete, self._native.steps, events)
+
+
+def _restored(
+    model: Model,
+    arrays: dict[str, Array],
+    complete: bool,
+    steps: list[int],
+    events: list[list[tuple[float, list[float], list[float]]]],
+) -> Motion:
+    return Motion(_lamc.Motion(model._native, arrays, complete, steps, events), model)
+
+
+def _pixels(size: Any) -> tuple[int, int]:
+    try:
+        width, height = (min(whole("size", pixels), 2**31) for pixels in size)
+    except (TypeError, ValueError):
+        raise _lamc.Error("`size` must be two numbers of pixels, each 16 to 4096") from None
+    return width, height
 
 
 def frame(page: str) -> str:

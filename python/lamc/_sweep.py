@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _lamc
+from ._arguments import number, whole
 from ._model import Model, plain
 
 Part = tuple[bytes, int, list[tuple[int, str]]]
@@ -89,13 +90,13 @@ def sweep(
     engines = {"local": _local, "ray": _ray, "dask": _dask}
     if engine not in engines:
         raise _lamc.Error(f"`engine` is `{engine}`, but must be one of {', '.join(engines)}")
-    if workers is not None and workers < 1:
-        raise _lamc.Error("`workers` must be at least 1")
+    if workers is not None:
+        workers = whole("workers", workers, 1)
     guess = dict(initial or {})
     arguments = (
         model,
-        [float(value) for value in model._held(inputs)],
-        list(zip(model._indices(guess), map(float, guess.values()))),
+        [number("inputs", value) for value in model._held(inputs)],
+        [(k, number(joint, guess[joint])) for k, joint in zip(model._indices(guess), guess)],
         _text(plan),
         shard,
     )
@@ -146,7 +147,10 @@ def _text(plan: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[str, str, b
     """The name of a plan, for messages, its text, and whether its angles without a unit are radians."""
     if isinstance(plan, Mapping):
         # JSON is YAML.
-        return "plan", json.dumps(plan, indent=2, default=plain), True
+        try:
+            return "plan", json.dumps(plan, indent=2, default=plain), True
+        except (TypeError, ValueError) as mistake:
+            raise _lamc.Error(f"the dictionary is no plan: {mistake}") from None
     if isinstance(plan, str) and "\n" in plan:
         return "plan", plan, False
     try:

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error;
+use crate::interrupt::interruptible;
 use crate::program::Program;
 use crate::states::array;
 
@@ -42,12 +43,13 @@ impl Program {
             system.set_initial(joint, angle);
         }
         let record = Record { t, q };
-        let fit = py.detach(move || {
+        let fit = interruptible(py, move || {
             let problem =
                 Problem { system, record: &record, free, from_rest, tolerance: TOLERANCE };
             problem.solve()
         });
-        let Fit { estimates, correlations, rms, share, q, evaluations, .. } = fit.map_err(error)?;
+        let Fit { estimates, correlations, rms, share, q, evaluations, .. } =
+            fit?.map_err(error)?;
         let about = PyDict::new(py);
         about.set_item("names", estimates.iter().map(|it| &it.name).collect::<Vec<_>>())?;
         about.set_item("values", estimates.iter().map(|it| it.value).collect::<Vec<_>>())?;

@@ -1,7 +1,9 @@
 //! The native half of the Python package `lamc`: compiled models run here. It contains neither the symbolic
 //! engine nor what derives equations; the command `lamc` does that in a process of its own.
 
+mod events;
 mod fit;
+mod interrupt;
 mod modules;
 mod motion;
 mod program;
@@ -12,10 +14,15 @@ mod sweep;
 
 use std::fmt::Display;
 
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-pyo3::create_exception!(lamc, Error, PyException, "What went wrong with a model or its motion.");
+pyo3::create_exception!(
+    lamc,
+    Error,
+    PyValueError,
+    "A mistake in a model or an argument, or what went wrong with a motion."
+);
 
 /// An exception of this package with a text.
 fn error(reason: impl Display) -> PyErr {

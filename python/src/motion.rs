@@ -4,15 +4,17 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 
 use lamc::pipeline::Compiled;
-use lamc_workbench::motion::{Motion as Recorded, Sample};
+use lamc_runtime::{Energy, State};
+use lamc_workbench::motion::{Course, Motion as Recorded, Pose, Sample};
 use lamc_workbench::page;
 use lamc_workbench::picture::{Encoder, Renderer, View};
 use lamc_workbench::scene::{Scene, poses_at};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error;
+use crate::program::Program;
 use crate::states::array;
 
 /// Pictures per second of a video.
@@ -30,6 +32,72 @@ pub struct Motion {
     pub inputs: Vec<f64>,
     /// Steps of the explicit and of the implicit method.
     pub steps: [usize; 2],
+    /// The states at the changes of each event.
+    pub events: Vec<Vec<State<Vec<f64>, f64>>>,
+}
+
+/// Times, q and u of states: flat arrays.
+type States<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// A time, q and u.
+type Found = (f64, Vec<f64>, Vec<f64>);
+
+/// The arrays of a motion that was recorded elsewhere, by the names of [`Motion::arrays`].
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Arrays<'py> {
+    t: PyReadonlyArray1<'py, f64>,
+    q: PyReadonlyArray1<'py, f64>,
+    u: PyReadonlyArray1<'py, f64>,
+    acceleration: PyReadonlyArray1<'py, f64>,
+    kinetic: PyReadonlyArray1<'py, f64>,
+    potential: PyReadonlyArray1<'py, f64>,
+    closure: PyReadonlyArray1<'py, f64>,
+    points: PyReadonlyArray1<'py, f64>,
+    poses: PyReadonlyArray1<'py, f64>,
+    inputs: PyReadonlyArray1<'py, f64>,
+}
+
+impl Arrays<'_> {
+    /// The samples, each with so many joints, points and bodies.
+    fn samples(&self, joints: usize, points: usize, bodies: usize) -> PyResult<Vec<Sample>> {
+        let t = self.t.as_slice()?;
+        let rows = |array: &PyReadonlyArray1<'_, f64>, width: usize| {
+            let numbers = array.as_slice()?;
+            match numbers.len() == t.len() * width {
+                true => Ok(numbers.to_vec()),
+                false => Err(error("the arrays of the motion do not fit its model")),
+            }
+        };
+        let (q, u, acceleration) =
+            (rows(&self.q, joints)?, rows(&self.u, joints)?, rows(&self.acceleration, joints)?);
+        let [kinetic, potential, closure] =
+            [rows(&self.kinetic, 1)?, rows(&self.potential, 1)?, rows(&self.closure, 1)?];
+        let (places, poses) = (rows(&self.points, 3 * points)?, rows(&self.poses, 12 * bodies)?);
+        let of =
+            |numbers: &[f64], row: usize, width: usize| numbers[row * width..][..width].to_vec();
+        let sample = |(row, &t): (usize, &f64)| Sample {
+            t,
+            q: of(&q, row, joints),
+            u: of(&u, row, joints),
+            acceleration: of(&acceleration, row, joints),
+            energy: Energy { kinetic: kinetic[row], potential: potential[row] },
+            closure: closure[row],
+            points: of(&places, row, 3 * points).as_chunks().0.to_vec(),
+            poses: of(&poses, row, 12 * bodies).as_chunks().0.iter().map(pose).collect(),
+        };
+        Ok(t.iter().enumerate().map(sample).collect())
+    }
+}
+
+/// R by row, then p.
+fn pose(numbers: &[f64; 12]) -> Pose {
+    let (rotation, translation) = numbers.split_at(9);
+    Pose {
+        rotation: std::array::from_fn(|i| std::array::from_fn(|k| rotation[3 * i + k])),
+        translation: std::array::from_fn(|k| translation[k]),
+    }
 }
 
 /// Refuses pictures that cannot be drawn.
@@ -62,6 +130,30 @@ impl Motion {
 
 #[pymethods]
 impl Motion {
+    /// A motion of a model that was recorded elsewhere. `events` has the changes of each event.
+    #[new]
+    fn new(
+        program: &Program,
+        arrays: Arrays<'_>,
+        complete: bool,
+        steps: [usize; 2],
+        events: Vec<Vec<Found>>,
+    ) -> PyResult<Self> {
+        let mut recorded = Recorded::new(program.interface());
+        let (joints, points) = (recorded.joints.len(), recorded.points.len());
+        recorded.samples = arrays.samples(joints, points, recorded.bodies.len())?;
+        (recorded.complete, recorded.course) = (complete, Course::Time);
+        let state = |(t, q, u)| State { t, q, u };
+        let events = events.into_iter().map(|found| found.into_iter().map(state).collect());
+        Ok(Self {
+            compiled: program.compiled.clone(),
+            recorded,
+            inputs: arrays.inputs.as_slice()?.to_vec(),
+            steps,
+            events: events.collect(),
+        })
+    }
+
     /// Flat arrays by name.
     fn arrays<'py>(&self, py: Python<'py>) -> Vec<(&'static str, Bound<'py, PyArray1<f64>>)> {
         let poses = |sample: &Sample| -> Vec<f64> {
@@ -92,6 +184,18 @@ impl Motion {
     #[getter]
     fn steps(&self) -> [usize; 2] {
         self.steps
+    }
+
+    /// The times, q and u of the changes of each event.
+    fn events<'py>(&self, py: Python<'py>) -> Vec<States<'py>> {
+        let flat = |found: &[State<Vec<f64>, f64>]| {
+            let all = |of: fn(&State<Vec<f64>, f64>) -> &[f64]| {
+                array(py, &found.iter().flat_map(of).copied().collect::<Vec<_>>())
+            };
+            let t: Vec<f64> = found.iter().map(|state| state.t).collect();
+            (array(py, &t), all(|state| &state.q), all(|state| &state.u))
+        };
+        self.events.iter().map(|found| flat(found)).collect()
     }
 
     /// The table that `lamc simulate --csv` writes.
@@ -146,13 +250,14 @@ impl Motion {
         let bytes = py.detach(|| {
             let scene = Scene::new(&self.compiled.topology.mechanism);
             let mut renderer = Renderer::new(&scene, &self.recorded, View::default(), size);
-            let mut encoder = Encoder::new(size, RATE)?;
+            let mut encoder = Encoder::new(size, RATE).map_err(error)?;
             for picture in 0..=count {
+                Python::attach(|py| py.check_signals())?;
                 let t = first.t + picture as f64 * speed / f64::from(RATE.get());
-                encoder.push(&renderer.draw(&poses_at(&self.recorded, t)))?;
+                encoder.push(&renderer.draw(&poses_at(&self.recorded, t))).map_err(error)?;
             }
-            encoder.finish()
+            encoder.finish().map_err(error)
         });
-        Ok(PyBytes::new(py, &bytes.map_err(error)?))
+        Ok(PyBytes::new(py, &bytes?))
     }
 }

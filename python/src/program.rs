@@ -79,6 +79,12 @@ impl Program {
             "joint_bodies",
             joints.clone().map(|joint| &joint.bodies).collect::<Vec<_>>(),
         )?;
+        // Of the mechanism whose loops were made exact.
+        let hinges = self.compiled.topology.mechanism.joints.iter();
+        let origins = hinges.clone().map(|joint| <[f64; 3]>::from(joint.point));
+        about.set_item("hinge_origins", origins.collect::<Vec<_>>())?;
+        let axes = hinges.map(|joint| <[f64; 3]>::from(joint.direction));
+        about.set_item("hinge_axes", axes.collect::<Vec<_>>())?;
         about.set_item("limits", joints.clone().map(|joint| joint.limits).collect::<Vec<_>>())?;
         about.set_item("driven", joints.clone().map(|joint| joint.driven).collect::<Vec<_>>())?;
         about.set_item(

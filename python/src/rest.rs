@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::error;
+use crate::interrupt::interruptible;
 use crate::program::Program;
 use crate::states::array;
 
@@ -16,11 +17,12 @@ type Assembled<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec
 
 #[pymethods]
 impl Program {
-    /// The closed state nearest to a guess, and warnings: joints that are pinned keep their angles if the loops close that
+    /// The closed state nearest to a guess at a time, s, and warnings: joints that are pinned keep their angles if the loops close that
     /// way. `is_folded`: the other angles are a share of the finished fold.
     fn assemble<'py>(
         &self,
         py: Python<'py>,
+        t: f64,
         q: Vec<f64>,
         u: Vec<f64>,
         pinned: Vec<bool>,
@@ -28,33 +30,35 @@ impl Program {
     ) -> PyResult<Assembled<'py>> {
         let system = self.system();
         let topology = &self.compiled.topology;
-        let asked = Asked { state: State { t: 0.0, q, u }, pinned, is_folded };
+        let asked = Asked { state: State { t, q, u }, pinned, is_folded };
         let mut warnings = Vec::new();
         let tell = |warning| warnings.push(warning);
         let state = py.detach(move || start(topology, &system, &asked, tell)).map_err(error)?;
         Ok((array(py, &state.q), array(py, &state.u), warnings))
     }
 
-    /// The state of rest near a closed state at these inputs, and the small motions about it.
+    /// The state of rest near a closed state at a time, s, and these inputs, and the small motions about it.
     fn rest<'py>(
         &self,
         py: Python<'py>,
+        t: f64,
         q: Vec<f64>,
         inputs: Vec<f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let system = self.system_with(&inputs)?;
-        let mechanism = &self.compiled.topology.mechanism;
-        let mut state = State { t: 0.0, u: vec![0.0; q.len()], q };
-        let found = py.detach(|| {
-            let found = equilibrium(&system, 0.0, &mut state.q, &mut system.workspace())?;
+        let compiled = self.compiled.clone();
+        let mut state = State { t, u: vec![0.0; q.len()], q };
+        let found = interruptible(py, move || {
+            let found = equilibrium(&system, t, &mut state.q, &mut system.workspace())?;
             let q = state.q.clone();
-            let energy = system.energy(0.0, &state.q, &state.u)?;
+            let energy = system.energy(t, &state.q, &state.u)?;
             let mut resting = Stopped::new(system);
             resting.resolve_impacts(&mut state)?;
+            let mechanism = &compiled.topology.mechanism;
             let motions = Motions::about(mechanism, &resting, &state, found.stable)?;
             Ok((found, q, energy, motions))
         });
-        let (found, q, energy, motions) = found.map_err(|failure| self.failure(&failure))?;
+        let (found, q, energy, motions) = found?.map_err(|failure| self.failure(&failure))?;
         let Motions { linear, modes, stability, warnings, .. } = motions;
         let Stability { stable, statically_stable, dynamically_stable } = stability;
         let about = PyDict::new(py);

@@ -1,13 +1,18 @@
 //! Simulations.
 
+use std::sync::PoisonError;
+
 use lamc_runtime::State;
 use lamc_workbench::execution::Jit;
 use lamc_workbench::motion::{Motion as Recorded, Work};
-use lamc_workbench::simulation::{Fold, Method, Settings, Simulation, SimulationError, unfold};
-use numpy::PyReadonlyArray2;
+use lamc_workbench::simulation::{
+    Event, Method, Reached, Settings, Simulation, SimulationError, sample_times, unfold,
+};
+use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::error;
+use crate::events::{Asked, Raised};
 use crate::motion::Motion;
 use crate::program::Program;
 use crate::states::array;
@@ -34,6 +39,7 @@ struct Request<'py> {
     /// Values at the start.
     held: Vec<f64>,
     inputs: Option<Inputs<'py>>,
+    events: Vec<Asked>,
     method: String,
     tolerance: f64,
     restitution: f64,
@@ -95,8 +101,14 @@ fn run(
     let mut failure = None;
     for (sample, &t) in times.iter().enumerate() {
         match simulation.reach(t, || watch.is_interrupted()) {
-            Ok(true) => {}
-            Ok(false) => break,
+            Ok(Reached::Time) => {}
+            Ok(Reached::Interrupted) => break,
+            Ok(Reached::Event) => {
+                let end = simulation.state().t;
+                failure = simulation.run([end], || false, |_| ()).err();
+                all.extend_from_slice(&held);
+                break;
+            }
             Err(found) => {
                 failure = Some(found);
                 break;
@@ -122,81 +134,94 @@ fn run(
     Run { failure, interrupt: watch.interrupt, held: all }
 }
 
-/// What a controller returns, as the inputs of the model.
-fn controlled(
-    py: Python<'_>,
-    controller: &Py<PyAny>,
-    sample: usize,
-    state: &State<Vec<f64>, f64>,
-) -> PyResult<Vec<f64>> {
-    controller.call1(py, (sample, state.t, array(py, &state.q), array(py, &state.u)))?.extract(py)
+impl Program {
+    /// The events that are asked for.
+    fn events(&self, asked: Vec<Asked>, system: &Jit, raised: &Raised) -> PyResult<Vec<Event>> {
+        let event = |asked: Asked| asked.event(self.interface(), system.parameters(), raised);
+        asked.into_iter().map(event).collect()
+    }
+
+    /// What a controller returns, as the inputs of the model.
+    fn controlled(
+        &self,
+        py: Python<'_>,
+        controller: &Py<PyAny>,
+        sample: usize,
+        state: &State<Vec<f64>, f64>,
+    ) -> PyResult<Vec<f64>> {
+        let arguments = (sample, state.t, array(py, &state.q), array(py, &state.u));
+        let values: Vec<f64> = controller.call1(py, arguments)?.extract(py)?;
+        let (given, expected) = (values.len(), self.interface().inputs.len());
+        match given == expected {
+            true => Ok(values),
+            false => Err(error(format_args!(
+                "the function gives {given} inputs, the model has {expected}"
+            ))),
+        }
+    }
 }
 
 #[pymethods]
 impl Program {
+    /// The times at which a motion is recorded, s.
+    fn sample_times<'py>(
+        &self,
+        py: Python<'py>,
+        duration: f64,
+        rate: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let times = sample_times(&self.system(), duration, rate);
+        let advice = |many| error(format_args!("{many}: lower `rate` or `duration`"));
+        Ok(array(py, &times.map_err(advice)?))
+    }
+
     /// A motion, why it ended early, and warnings.
     fn simulate(
         &self,
         py: Python<'_>,
-        request: Request<'_>,
+        mut request: Request<'_>,
     ) -> PyResult<(Motion, Option<String>, Vec<String>)> {
         let mut system: Jit = self.system_with(&request.held)?;
         let settings = request.settings()?;
         let mut state = State { t: 0.0, q: request.q.clone(), u: request.u.clone() };
         let mut warnings = Vec::new();
         if request.may_unfold {
-            warnings.extend(unfold(&system, &mut state).map(|fold| match fold {
-                Fold::Begun(bent) => format!(
-                    "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad in the direction \
-                     of its forces; `initial` chooses another direction"
-                ),
-                Fold::Loose => "a flat sheet can fold in many ways, and its forces do not determine one: if \
-                     the simulation fails, start from a folded guess (`initial`)"
-                    .to_owned(),
-            }));
+            warnings.extend(unfold(&system, &mut state).map(|fold| fold.warning("`initial`")));
         }
-        let mechanism = &self.compiled.topology.mechanism;
+        let raised = Raised::default();
+        let events = self.events(std::mem::take(&mut request.events), &system, &raised)?;
         let (samples, controller) = match &request.inputs {
             Some(Inputs::Sampled(samples)) => (samples.as_slice()?, None),
             Some(Inputs::Controlled(controller)) => (&[][..], Some(controller)),
             None => (&[][..], None),
         };
-        let mut start = request.held.clone();
-        match controller {
-            Some(controller) => start = controlled(py, controller, 0, &state)?,
-            None if !samples.is_empty() => start = samples[..start.len()].to_vec(),
-            None => {}
-        }
-        if start.len() != request.held.len() {
-            let (given, expected) = (start.len(), request.held.len());
-            return Err(error(format_args!("{given} inputs are given, the model has {expected}")));
-        }
+        let start = match controller {
+            Some(controller) => self.controlled(py, controller, 0, &state)?,
+            None if !samples.is_empty() => samples[..request.held.len()].to_vec(),
+            None => request.held.clone(),
+        };
         system.set_inputs(&start);
-        let work = Work::new(mechanism, system.parameters(), system.inputs());
+        let work =
+            Work::new(&self.compiled.topology.mechanism, system.parameters(), system.inputs());
         let width = start.len();
         let times = &request.times;
         let (simulation, outcome) = py.detach(|| {
             let simulation = Simulation::new(system, state, work, &settings);
             let mut simulation = simulation.map_err(|failure| self.failure(&failure))?;
+            events.into_iter().for_each(|event| simulation.watch(event));
             let outcome = run(&mut simulation, times, &start, |sample, state| match controller {
                 // The first call was made before.
                 Some(_) if sample == 0 => Ok(None),
                 Some(controller) => {
-                    let values = Python::attach(|py| controlled(py, controller, sample, state))?;
-                    match values.len() == width {
-                        true => Ok(Some(values)),
-                        false => Err(error(format_args!(
-                            "the function gives {} inputs, the model has {width}",
-                            values.len()
-                        ))),
-                    }
+                    Python::attach(|py| self.controlled(py, controller, sample, state)).map(Some)
                 }
                 None if samples.is_empty() || sample == 0 => Ok(None),
                 None => Ok(Some(samples[sample * width..][..width].to_vec())),
             });
             PyResult::Ok((simulation, outcome))
         })?;
-        if let Some(raised) = outcome.interrupt {
+        let raised = raised.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(raised) = raised.or(outcome.interrupt) {
             return Err(raised);
         }
         let steps = simulation.steps();
@@ -207,6 +232,7 @@ impl Program {
             recorded,
             inputs: outcome.held,
             steps: [steps.explicit, steps.implicit],
+            events: simulation.events().map(<[_]>::to_vec).collect(),
         };
         Ok((motion, outcome.failure.map(|failure| failure.to_string()), warnings))
     }

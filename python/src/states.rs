@@ -2,8 +2,8 @@
 
 use lamc_runtime::plumbing::{Balance, EquationsMut};
 use lamc_runtime::{
-    Error as RuntimeError, JacobianMut, Mechanism as _, Rk4, acceleration_and_forces, jacobian,
-    project,
+    Change, Error as RuntimeError, JacobianMut, Mechanism as _, Rk4, acceleration_and_forces,
+    derivatives_along, jacobian, project,
 };
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
@@ -40,8 +40,25 @@ struct State<'a> {
     u: &'a [f64],
 }
 
-/// Rows between two looks at whether Python has been interrupted.
+/// Rows, or steps, between two looks at whether Python has been interrupted.
 const PATIENCE: usize = 1 << 14;
+
+/// Why the evaluation of a state ends.
+enum Halt {
+    Failed(RuntimeError),
+    Interrupted(PyErr),
+}
+
+impl From<RuntimeError> for Halt {
+    fn from(failure: RuntimeError) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+/// Asks Python whether it has been interrupted.
+fn check_interrupt() -> PyResult<()> {
+    Python::attach(|py| py.check_signals())
+}
 
 /// Flat arrays.
 type Outputs<'py> = Vec<Bound<'py, PyArray1<f64>>>;
@@ -52,8 +69,7 @@ fn each<'py>(
     program: &Program,
     states: &States<'py>,
     widths: &[usize],
-    mut evaluate: impl FnMut(&Jit, &State<'_>, &mut [f64], &mut [Vec<f64>]) -> Result<(), RuntimeError>
-    + Send,
+    mut evaluate: impl FnMut(&Jit, &State<'_>, &mut [f64], &mut [Vec<f64>]) -> Result<(), Halt> + Send,
 ) -> PyResult<Outputs<'py>> {
     let mut system = program.system();
     let (n, inputs) = (system.dimensions().coordinates, system.inputs().len());
@@ -77,14 +93,17 @@ fn each<'py>(
         let mut room = system.workspace();
         for row in 0..count {
             if row % PATIENCE == PATIENCE - 1 {
-                Python::attach(|py| py.check_signals())?;
+                check_interrupt()?;
             }
             if inputs > 0 {
                 system.set_inputs(&held[row * inputs..][..inputs]);
             }
             let state = State { row, t: t[row], q: &q[row * n..][..n], u: &u[row * n..][..n] };
-            evaluate(&system, &state, &mut room, &mut outputs).map_err(|failure| {
-                error(format_args!("state {row}: {}", describe(&failure, program.interface())))
+            evaluate(&system, &state, &mut room, &mut outputs).map_err(|halt| match halt {
+                Halt::Failed(failure) => {
+                    error(format_args!("state {row}: {}", describe(&failure, program.interface())))
+                }
+                Halt::Interrupted(raised) => raised,
             })?;
         }
         PyResult::Ok(outputs)
@@ -130,7 +149,7 @@ impl Program {
             let rates = &mut out[0][state.row * n..][..n];
             let found = lamc_runtime::acceleration(system, state.t, state.q, state.u, room, rates)?;
             match found.is_weak {
-                true => solve(system, state, room, rates, &mut vec![0.0; d.rows + d.drives]),
+                true => Ok(solve(system, state, room, rates, &mut vec![0.0; d.rows + d.drives])?),
                 false => Ok(()),
             }
         })
@@ -147,7 +166,7 @@ impl Program {
             solve(system, state, room, rates, forces)?;
             let State { t, q, u, .. } = *state;
             let at = Balance { t, q, u, acceleration: rates, multipliers: &forces[..d.rows] };
-            system.write_reactions(at, &mut reactions[state.row * 6 * n..][..6 * n])
+            Ok(system.write_reactions(at, &mut reactions[state.row * 6 * n..][..6 * n])?)
         })
     }
 
@@ -163,7 +182,7 @@ impl Program {
                 jacobian: &mut jacobian[state.row * c * n..][..c * n],
                 gamma: &mut gamma[state.row * c..][..c],
             };
-            system.write_equations(state.t, state.q, state.u, out)
+            Ok(system.write_equations(state.t, state.q, state.u, out)?)
         })
     }
 
@@ -174,11 +193,8 @@ impl Program {
         each(py, self, &states, &[rows, rows * n], |system, state, _, out| {
             let [residual, jacobian] = out else { return Ok(()) };
             let residual = &mut residual[state.row * rows..][..rows];
-            system.write_closure(
-                state.q,
-                residual,
-                &mut jacobian[state.row * rows * n..][..rows * n],
-            )
+            let jacobian = &mut jacobian[state.row * rows * n..][..rows * n];
+            Ok(system.write_closure(state.q, residual, jacobian)?)
         })
     }
 
@@ -193,7 +209,29 @@ impl Program {
                 du: &mut du[state.row * n * n..][..n * n],
                 dt: &mut dt[state.row * n..][..n],
             };
-            jacobian(system, state.t, state.q, state.u, room, out)
+            Ok(jacobian(system, state.t, state.q, state.u, room, out)?)
+        })
+    }
+
+    /// du/dt, N; its derivatives by each input, I x N.
+    fn by_inputs<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        let system = self.system();
+        let (n, inputs) = (system.dimensions().coordinates, system.inputs().len());
+        let (still, parameters) = (vec![0.0; n], vec![0.0; system.parameters().len()]);
+        let units: Vec<Vec<f64>> = (0..inputs)
+            .map(|k| (0..inputs).map(|j| f64::from(u8::from(j == k))).collect())
+            .collect();
+        let width = n * (1 + inputs);
+        each(py, self, &states, &[width], |system, state, room, out| {
+            let changes = units.iter().map(|inputs| Change {
+                t: 0.0,
+                q: &still,
+                u: &still,
+                parameters: &parameters,
+                inputs,
+            });
+            let out = &mut out[0][state.row * width..][..width];
+            Ok(derivatives_along(system, state.t, state.q, state.u, changes, room, out)?)
         })
     }
 
@@ -207,10 +245,16 @@ impl Program {
     ) -> PyResult<Outputs<'py>> {
         let n = self.system().dimensions().coordinates;
         let mut integrator = Rk4::new(&self.system());
+        let mut since = 0;
         each(py, self, &states, &[n, n], |system, state, _, out| {
             let mut moved =
                 lamc_runtime::State { t: state.t, q: state.q.to_vec(), u: state.u.to_vec() };
             for _ in 0..steps {
+                since += 1;
+                if since == PATIENCE {
+                    since = 0;
+                    check_interrupt().map_err(Halt::Interrupted)?;
+                }
                 integrator.step(system, &mut moved, step)?;
             }
             out[0][state.row * n..][..n].copy_from_slice(&moved.q);

@@ -3,10 +3,11 @@
 
 use super::diagnostic::Spanned;
 use super::expression::Expression;
-use super::formula::{self, Scope};
+use super::formula::Scope;
 use super::ids::{JointId, ParameterId};
 use super::model::{SourceModel, Spring, Tunable};
 use super::names::alternatives;
+use super::vocabulary;
 
 /// Error of a change that is not possible in this model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -124,14 +125,8 @@ impl SourceModel {
             let hint = alternatives(input, &names, "inputs");
             return Err(EditError::Unknown { what: "input", name: input.to_owned(), hint });
         };
-        let given = formula::parse(text, &Parameters(self)).map_err(|problems| {
-            let lines = problems.into_iter().map(|problem| match problem.hint {
-                Some(hint) => format!("{} ({hint})", problem.message),
-                None => problem.message,
-            });
-            let reason = lines.collect::<Vec<_>>().join("; ");
-            EditError::Expression { text: text.to_owned(), reason }
-        })?;
+        let given = vocabulary::read(text, &Parameters(self))
+            .map_err(|reason| EditError::Expression { text: text.to_owned(), reason })?;
         for expression in self.expressions_mut() {
             expression.replace(&Expression::Input(id), &given);
         }

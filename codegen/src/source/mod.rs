@@ -33,6 +33,7 @@ pub mod schema;
 mod tests;
 mod units;
 mod uses;
+mod vocabulary;
 mod write;
 pub mod yaml;
 
@@ -50,6 +51,7 @@ pub use names::{alternatives, closest as closest_name, is_identifier, is_keyword
 pub use polynomial::{Polynomial, Term};
 pub use units::Dimension;
 pub use uses::Numbers;
+pub use vocabulary::Vocabulary;
 pub use write::to_yaml;
 
 use popupcad::Origin;

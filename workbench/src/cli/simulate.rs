@@ -11,7 +11,7 @@ use lamc_runtime::{Mechanism as _, State, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::motion::{Motion, Work};
 use lamc_workbench::simulation::{
-    Fold, Method, Settings, Simulation, SimulationError, TOLERANCE, describe, unfold,
+    Method, Settings, Simulation, SimulationError, TOLERANCE, describe, sample_times, unfold,
 };
 
 use super::equilibrium::settle;
@@ -25,9 +25,6 @@ use super::shapes::Shapes;
 use super::start::Start;
 
 use super::{Failed, Outcome, fail, misused, output, warn};
-
-/// Most numbers a recorded motion may have: a gigabyte.
-const MOST_NUMBERS: f64 = 125e6;
 
 /// Simulate a model from its initial configuration.
 #[derive(Args)]
@@ -122,22 +119,6 @@ impl Arguments {
         self.files.paths().input("the model", [&self.start.model]).check()
     }
 
-    /// Samples after the first.
-    fn samples(&self, system: &Jit) -> Result<usize, Failed> {
-        // What is a whole number but for rounding has no further sample.
-        let samples = (self.duration * self.rate * (1.0 - 1e-12)).ceil();
-        let d = system.dimensions();
-        let numbers = 4 + 3 * d.coordinates + 3 * d.points + 12 * d.bodies;
-        if samples * numbers as f64 > MOST_NUMBERS {
-            let most = MOST_NUMBERS / numbers as f64;
-            return Err(misused(format_args!(
-                "{samples} samples are too many: lamc keeps at most {most:.0} for this model: \
-                 lower --rate or --duration"
-            )));
-        }
-        Ok(samples as usize)
-    }
-
     fn settings(&self) -> Settings {
         Settings {
             method: self.integrator.into(),
@@ -186,7 +167,8 @@ impl Files {
 pub fn run(arguments: &Arguments) -> Outcome {
     arguments.check()?;
     let Beginning { mechanism, system, state } = begin(arguments)?;
-    let samples = arguments.samples(&system)?;
+    let times = sample_times(&system, arguments.duration, arguments.rate)
+        .map_err(|error| misused(format_args!("{error}: lower --rate or --duration")))?;
     // Only from here on is there something to keep; before, an interrupt ends the process.
     interrupt::listen()?;
     let (parameters, inputs) = (system.parameters().to_vec(), system.inputs().to_vec());
@@ -194,9 +176,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let begin = Instant::now();
     let simulation = Simulation::new(system, state, work, &arguments.settings());
     let mut simulation = simulation.map_err(fail)?;
-    let times =
-        (0..=samples).map(|sample| (sample as f64 / arguments.rate).min(arguments.duration));
-    let progress = progress::bar(samples);
+    let progress = progress::bar(times.len() - 1);
     let outcome = simulation.run(times, interrupt::is_asked_for, |done| {
         progress.set_position(done.saturating_sub(1) as u64);
     });
@@ -258,18 +238,8 @@ fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
         let workspace = &mut system.workspace();
         project(&system, 0.0, &mut state.q, &mut state.u, workspace)
             .map_err(|error| fail(describe(&error, system.interface())))?;
-    } else {
-        match unfold(&system, &mut state) {
-            Some(Fold::Begun(bent)) => warn(format_args!(
-                "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad in the \
-                 direction of its forces; --initial chooses another direction"
-            )),
-            Some(Fold::Loose) => warn(
-                "a flat sheet can fold in many ways, and its forces do not determine one: if the \
-                 simulation fails, start from a folded guess (--initial)",
-            ),
-            None => {}
-        }
+    } else if let Some(fold) = unfold(&system, &mut state) {
+        warn(fold.warning("--initial"));
     }
     Ok(Beginning { mechanism: compiled.topology.mechanism, system, state })
 }

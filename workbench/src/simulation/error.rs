@@ -72,6 +72,14 @@ pub enum SimulationError {
         /// The joints at a stop, quoted.
         at_stop: Vec<String>,
     },
+    /// The function of an event gives no number.
+    #[error("the function of event {event} has no value at t = {t} s")]
+    NoValue {
+        /// Its number, from 0 on.
+        event: usize,
+        /// s.
+        t: f64,
+    },
 }
 
 fn advice(started_flat: bool) -> &'static str {

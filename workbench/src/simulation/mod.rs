@@ -19,14 +19,20 @@
 //! ```
 
 mod error;
+mod events;
 mod pace;
 mod rigid;
+mod samples;
 mod start;
 mod suspect;
+#[cfg(test)]
+mod tests;
 mod unfold;
 
 pub use error::{SimulationError, describe};
+pub use events::{Direction, Event, Reached, Watched};
 pub use rigid::{LooseRigidLoop, loose_rigid_loop};
+pub use samples::{TooMany, sample_times};
 pub use start::{Asked, allowed, lost_fold, moves, start};
 pub use unfold::{Fold, unfold};
 
@@ -34,6 +40,7 @@ use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped, 
 
 use crate::execution::Jit;
 use crate::motion::{Audit, Motion, Work};
+use events::Watch;
 use pace::Pace;
 use suspect::{is_at_stop, suspect};
 
@@ -75,13 +82,6 @@ impl Default for Settings {
     }
 }
 
-/// The times of the samples of a motion, s: so many per second, and its end.
-pub fn sample_times(duration: f64, rate: f64) -> impl ExactSizeIterator<Item = f64> + Clone {
-    // What is a whole number but for rounding has no further sample.
-    let samples = (duration * rate * (1.0 - 1e-12)).ceil() as u32;
-    (0..samples.saturating_add(1)).map(move |sample| (f64::from(sample) / rate).min(duration))
-}
-
 /// The error allowed per step unless another is chosen, relative and absolute (rad, rad/s).
 pub const TOLERANCE: f64 = 1e-8;
 
@@ -115,6 +115,7 @@ pub struct Simulation {
     work: Option<Work>,
     audit: Audit,
     stopped: Vec<bool>,
+    watches: Vec<Watch>,
 }
 
 impl Simulation {
@@ -152,13 +153,15 @@ impl Simulation {
             work,
             audit,
             stopped,
+            watches: Vec::new(),
         })
     }
 
     /// Runs through ascending times, s, and records the state at each; a time that has been
     /// reached already is recorded at once. Ends before the last time when `is_interrupted` says
-    /// so, which is asked before every step. `recorded` is told the number of samples so far.
-    /// Afterwards [`Motion::complete`] says whether the last time was reached.
+    /// so, which is asked before every step, and with a last sample at an [`Event`] that ends the motion.
+    /// `recorded` is told the number of samples so far. Afterwards [`Motion::complete`] says whether the
+    /// motion was interrupted.
     ///
     /// # Errors
     /// Where the motion cannot be continued; the samples recorded until then are good.
@@ -170,18 +173,23 @@ impl Simulation {
     ) -> Result<(), SimulationError> {
         self.motion.complete = false;
         for t in times {
-            if !self.advance(t, &mut is_interrupted)? {
+            let reached = self.reach(t, &mut is_interrupted)?;
+            if reached == Reached::Interrupted {
                 return Ok(());
             }
             let outcome = self.motion.record(&self.system, &self.state);
             outcome.map_err(|error| self.failure(&error))?;
             recorded(self.motion.samples.len());
+            if reached == Reached::Event {
+                break;
+            }
         }
         self.motion.complete = true;
         Ok(())
     }
 
-    /// Integrates to a time, s, and records nothing. Returns false when interrupted before, as [`run`](Self::run) is.
+    /// Integrates to a time, s, or to an event that ends the motion, and records no sample. Interrupted as
+    /// [`run`](Self::run) is.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -189,8 +197,38 @@ impl Simulation {
         &mut self,
         t: f64,
         mut is_interrupted: impl FnMut() -> bool,
-    ) -> Result<bool, SimulationError> {
-        self.advance(t, &mut is_interrupted)
+    ) -> Result<Reached, SimulationError> {
+        while self.state.t < t {
+            if is_interrupted() {
+                return Ok(Reached::Interrupted);
+            }
+            if self.watches.iter().any(Watch::is_new)
+                && self.look(self.state.t, &[])? != Reached::Time
+            {
+                return Ok(Reached::Interrupted);
+            }
+            let (begin, sides) = (self.state.t, self.system.sides.clone());
+            let before = self.work.as_ref().map(|_| self.state.clone());
+            let outcome = self.step(t);
+            if outcome.is_ok() {
+                self.add_work(before)?;
+                let reached = self.look(begin, &sides)?;
+                if reached != Reached::Time {
+                    return Ok(reached);
+                }
+            }
+            self.check_progress()?;
+            let gives_up = matches!(outcome, Err(Error::StepTooSmall { .. }));
+            if self.method == Method::Auto && (gives_up || self.is_stuck()) {
+                self.method = Method::Rodas;
+                continue;
+            }
+            outcome.map_err(|error| self.failure(&error))?;
+            for (stopped, &side) in self.stopped.iter_mut().zip(&self.system.sides) {
+                *stopped |= side != 0.0;
+            }
+        }
+        Ok(Reached::Time)
     }
 
     /// Sets all inputs, SI, from the time that was reached on: they are held until they are set again. From the
@@ -225,35 +263,6 @@ impl Simulation {
     /// For each joint, whether it was at a stop at some time.
     pub fn stopped(&self) -> &[bool] {
         &self.stopped
-    }
-
-    /// Integrates to a time, s. False when interrupted before.
-    fn advance(
-        &mut self,
-        t: f64,
-        is_interrupted: &mut impl FnMut() -> bool,
-    ) -> Result<bool, SimulationError> {
-        while self.state.t < t {
-            if is_interrupted() {
-                return Ok(false);
-            }
-            let before = self.work.as_ref().map(|_| self.state.clone());
-            let outcome = self.step(t);
-            if outcome.is_ok() {
-                self.add_work(before)?;
-            }
-            self.check_progress()?;
-            let gives_up = matches!(outcome, Err(Error::StepTooSmall { .. }));
-            if self.method == Method::Auto && (gives_up || self.is_stuck()) {
-                self.method = Method::Rodas;
-                continue;
-            }
-            outcome.map_err(|error| self.failure(&error))?;
-            for (stopped, &side) in self.stopped.iter_mut().zip(&self.system.sides) {
-                *stopped |= side != 0.0;
-            }
-        }
-        Ok(true)
     }
 
     /// One step of the present method, to `t` at most, s.

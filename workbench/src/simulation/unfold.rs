@@ -5,8 +5,6 @@
 //! folded configuration nearest to where they accelerate the flat sheet is followed back along its
 //! branch to where it is all but flat, and the motion starts there.
 
-use std::fmt;
-
 use lamc::arithmetic::largest;
 use lamc_runtime::{Mechanism, State, acceleration, assemble};
 
@@ -41,17 +39,17 @@ pub enum Fold {
     Loose,
 }
 
-impl fmt::Display for Fold {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Fold {
+    /// The warning of it. `initial` is how the reader gives initial angles.
+    pub fn warning(&self, initial: &str) -> String {
         match self {
-            Self::Begun(bent) => write!(
-                f,
+            Self::Begun(bent) => format!(
                 "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad in the direction of its \
-                 forces; an initial angle chooses another direction"
+                 forces; {initial} chooses another direction"
             ),
-            Self::Loose => f.write_str(
+            Self::Loose => format!(
                 "a flat sheet can fold in many ways, and its forces do not determine one: if the simulation \
-                 fails, start from a folded guess of initial angles",
+                 fails, start from a folded guess ({initial})"
             ),
         }
     }

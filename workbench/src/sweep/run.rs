@@ -11,7 +11,9 @@ use super::plan::{Quantity, Simulate, Target, Task};
 use super::table::{Cell, Column};
 use crate::execution::Jit;
 use crate::linear::Motions;
-use crate::simulation::{Asked, Simulation, allowed, describe, sample_times, start, unfold};
+use crate::simulation::{
+    Asked, Reached, Simulation, allowed, describe, sample_times, start, unfold,
+};
 
 /// What came of a run.
 pub struct Run {
@@ -162,15 +164,17 @@ fn simulate(
 ) -> Result<Option<Vec<Cell>>, String> {
     let interface = &compiled.program.interface;
     let failure = |error: &Error| describe(error, interface);
-    warnings.extend(unfold(&system, &mut state).map(|fold| fold.to_string()));
+    let times = sample_times(&system, task.settings.duration, task.rate);
+    let times = times.map_err(|error| error.to_string())?;
+    warnings.extend(unfold(&system, &mut state).map(|fold| fold.warning("an initial angle")));
     let simulation = Simulation::new(system.clone(), state, None, &task.settings);
     let mut simulation = simulation.map_err(|error| failure(&error))?;
     let mut samples = Vec::new();
-    for t in sample_times(task.settings.duration, task.rate) {
-        if !simulation.reach(t, is_interrupted).map_err(|error| error.to_string())? {
-            return Ok(None);
+    for t in times {
+        match simulation.reach(t, is_interrupted).map_err(|error| error.to_string())? {
+            Reached::Interrupted => return Ok(None),
+            _ => samples.push(simulation.state().clone()),
         }
-        samples.push(simulation.state().clone());
     }
     let steps = simulation.steps();
     let course = Course { samples, steps: steps.explicit + steps.implicit };

@@ -20,8 +20,6 @@ use crate::sweep::MOST_SOBOL;
 
 /// Most values of an axis.
 const MOST_VALUES: u64 = 1_000_000;
-/// Most samples of a run.
-const MOST_SAMPLES: f64 = 1e7;
 /// The records of an equilibrium.
 const AT_REST: &[&str] = &["end", "energy", "frequencies"];
 /// What there is of motions only.
@@ -295,13 +293,6 @@ impl Reader<'_> {
             tolerance: tolerance?,
             restitution: restitution?,
         };
-        if settings.duration * rate? > MOST_SAMPLES {
-            let at = fields.at();
-            self.wrong(
-                at,
-                format!("a run has more than {MOST_SAMPLES:e} samples: lower `rate` or `duration`"),
-            );
-        }
         Some(Task::Simulate(Simulate {
             settings,
             rate: rate?,

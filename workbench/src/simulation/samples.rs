@@ -1,0 +1,33 @@
+//! The times at which a motion is recorded.
+
+use lamc_runtime::Mechanism as _;
+
+use crate::execution::Jit;
+
+/// Most numbers a recorded motion may have: a gigabyte.
+const MOST_NUMBERS: f64 = 125e6;
+
+/// What is a whole number of samples but for this share has no further one: decimal fractions are rounded.
+const ROUNDING: f64 = 1e-12;
+
+/// A motion of so many samples is too large to keep.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{samples} samples are too many: lamc keeps at most {most:.0} for this model")]
+pub struct TooMany {
+    samples: f64,
+    most: f64,
+}
+
+/// The times, s, from 0 to `duration`, s, at `rate` samples per second; the last step may be shorter.
+///
+/// # Errors
+/// A recorded motion of this mechanism would be too large.
+pub fn sample_times(system: &Jit, duration: f64, rate: f64) -> Result<Vec<f64>, TooMany> {
+    let samples = (duration * rate * (1.0 - ROUNDING)).ceil();
+    let d = system.dimensions();
+    let numbers = (4 + 3 * d.coordinates + 3 * d.points + 12 * d.bodies) as f64;
+    if samples * numbers > MOST_NUMBERS {
+        return Err(TooMany { samples, most: MOST_NUMBERS / numbers });
+    }
+    Ok((0..=samples as usize).map(|sample| (sample as f64 / rate).min(duration)).collect())
+}

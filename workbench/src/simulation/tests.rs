@@ -1,0 +1,122 @@
+//! Events of motions that have a closed form.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use lamc::pipeline;
+use lamc::source::SourceFile;
+use lamc_runtime::State;
+
+use super::{Direction, Event, Method, Reached, Settings, Simulation};
+use crate::execution::Jit;
+
+/// A body of 1e-6 kg m^2 about its hinge; its spring swings it at 20 rad/s.
+const SPEED: f64 = 20.0;
+
+fn swing(limits: &str, (q, u): (f64, f64), settings: &Settings) -> Simulation {
+    let text = format!(
+        "gravity: [0, 0, 0]\nbodies:\n  base: {{ fixed: true }}\n  \
+         arm: {{ mass: 1 g, com: [0, 0, 0], inertia: [[1e-6,0,0],[0,1e-6,0],[0,0,1e-6]] }}\n\
+         units: {{ length: m }}\njoints:\n  \
+         hip: {{ bodies: [base, arm], axis: [[0,0],[0,1]], stiffness: 4e-4{limits} }}\n"
+    );
+    let file = SourceFile { path: "swing.yaml".into(), text };
+    let system = Jit::new(&pipeline::compile(&file).unwrap().program);
+    Simulation::new(system, State { t: 0.0, q: vec![q], u: vec![u] }, None, settings).unwrap()
+}
+
+fn event(
+    function: impl Fn(&State<Vec<f64>, f64>) -> f64 + Send + 'static,
+    direction: Direction,
+    ends_at: Option<usize>,
+) -> Event {
+    Event { function: Box::new(move |state, _| Some(function(state))), direction, ends_at }
+}
+
+fn times(simulation: &Simulation) -> Vec<Vec<f64>> {
+    simulation.events().map(|found| found.iter().map(|state| state.t).collect()).collect()
+}
+
+fn check(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < tolerance, "{found} {expected}");
+    }
+}
+
+/// q = cos(20 t): both methods, samples in between.
+#[test]
+fn signs_change_where_the_closed_form_says() {
+    for (method, tolerance) in [(Method::Dopri5, 1e-9), (Method::Rodas, 1e-7)] {
+        let settings = Settings { method, tolerance: 1e-11, ..Settings::default() };
+        let mut simulation = swing("", (1.0, 0.0), &settings);
+        let half = |state: &State<Vec<f64>, f64>| state.q[0] - 0.5;
+        simulation.watch(event(half, Direction::Either, None));
+        simulation.watch(event(half, Direction::Rising, None));
+        simulation.watch(event(half, Direction::Falling, None));
+        // Zero at the start: no event there.
+        simulation.watch(event(|state| state.u[0], Direction::Either, None));
+        simulation.run([0.0, 0.1, 0.25, 0.5], || false, |_| ()).unwrap();
+        let [either, rising, falling, turns] = &times(&simulation)[..] else { panic!() };
+        // cos = 1/2 at pi/3, 5 pi/3, 7 pi/3; at 10 rad the third is past.
+        check(either, &[PI / 3.0, 5.0 * PI / 3.0, 7.0 * PI / 3.0].map(|a| a / SPEED), tolerance);
+        check(rising, &[5.0 * PI / 3.0 / SPEED], tolerance);
+        check(falling, &[PI / 3.0, 7.0 * PI / 3.0].map(|a| a / SPEED), tolerance);
+        check(turns, &[PI, 2.0 * PI, 3.0 * PI].map(|a| a / SPEED), tolerance);
+        for state in simulation.events().next().unwrap() {
+            assert!((state.q[0] - 0.5).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn the_second_return_ends_the_motion() {
+    let settings = Settings { tolerance: 1e-11, ..Settings::default() };
+    let mut simulation = swing("", (1.0, 0.0), &settings);
+    simulation.watch(event(|state| state.q[0], Direction::Either, Some(2)));
+    simulation.watch(event(|state| state.t - 0.3, Direction::Either, None));
+    simulation.run([0.0, 0.1, 0.5, 0.9], || false, |_| ()).unwrap();
+    let end = 3.0 * FRAC_PI_2 / SPEED;
+    let motion = simulation.motion();
+    assert!(motion.complete);
+    check(
+        &motion.samples.iter().map(|sample| sample.t).collect::<Vec<_>>(),
+        &[0.0, 0.1, end],
+        1e-9,
+    );
+    let last = &motion.samples[2];
+    assert!(last.q[0].abs() < 1e-9 && (last.u[0] - SPEED).abs() < 1e-7, "{last:?}");
+    // What comes later has not happened.
+    assert!(times(&simulation)[1].is_empty());
+}
+
+/// At a stop the speed jumps: no time within a step has the value zero.
+#[test]
+fn an_impact_changes_a_sign_at_once() {
+    let settings = Settings { tolerance: 1e-11, restitution: 0.5, ..Settings::default() };
+    let mut simulation = swing(", limits: [-1, 0.5]", (0.0, SPEED), &settings);
+    simulation.watch(event(|state| state.u[0], Direction::Falling, Some(1)));
+    let reached = simulation.reach(0.1, || false).unwrap();
+    assert_eq!(reached, Reached::Event);
+    // q = sin(20 t) until it is 0.5; it returns with half its speed.
+    let state = simulation.state();
+    assert!((state.t - PI / 6.0 / SPEED).abs() < 1e-9, "{state:?}");
+    assert!((state.u[0] + 0.5 * SPEED * 0.75_f64.sqrt()).abs() < 1e-6, "{state:?}");
+}
+
+#[test]
+fn a_function_can_interrupt_and_must_have_a_value() {
+    let mut simulation = swing("", (1.0, 0.0), &Settings::default());
+    simulation.watch(Event {
+        function: Box::new(|state, _| (state.t < 0.05).then_some(1.0)),
+        direction: Direction::Either,
+        ends_at: None,
+    });
+    assert_eq!(simulation.reach(0.1, || false).unwrap(), Reached::Interrupted);
+    let mut simulation = swing("", (1.0, 0.0), &Settings::default());
+    simulation.watch(event(|state| (0.05 - state.t).sqrt(), Direction::Either, None));
+    let error = simulation.reach(0.1, || false).unwrap_err();
+    assert!(
+        error.to_string().starts_with("the function of event 0 has no value at t = 0.0"),
+        "{error}"
+    );
+}
