@@ -24,6 +24,8 @@ mod solution;
 #[cfg(test)]
 mod tests;
 
+use std::{panic, thread};
+
 use crate::kane::Equations;
 use crate::program::{Function, FunctionKind, Interface, Program, verify_function};
 
@@ -42,15 +44,25 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
         // Terms have met that cancel, and values that were not known to be the same.
         reduce(function)
     };
-    let mut functions: Vec<Function> =
-        functions::functions(equations, &interface).into_iter().map(optimise).collect();
+    let mut functions = each(functions::functions(equations, &interface), optimise);
     let tangent = &functions[FunctionKind::Tangent as usize];
     let solved = solution::functions(equations, tangent, optimise);
     functions.extend(solved);
     constants::snap(&mut functions);
     let finished = |function| check(&interface, sections::sections(reduce(function)));
-    let functions = functions.into_iter().map(finished).collect();
+    let functions = each(functions, finished);
     Program { interface, facts: facts::facts(equations), functions }
+}
+
+/// Applies passes to all functions, to each in a thread of its own.
+fn each(functions: Vec<Function>, passes: impl Fn(Function) -> Function + Sync) -> Vec<Function> {
+    let passes = &passes;
+    thread::scope(|scope| {
+        let spawn = |function| scope.spawn(move || passes(function));
+        let threads: Vec<_> = functions.into_iter().map(spawn).collect();
+        let joined = threads.into_iter().map(thread::ScopedJoinHandle::join);
+        joined.map(|done| done.unwrap_or_else(|panic| panic::resume_unwind(panic))).collect()
+    })
 }
 
 /// Passes a function through, after the verifier has seen it.

@@ -3,14 +3,15 @@
 //! Postcondition: no two instructions have the same operation on the same operands, in either
 //! order where the operation commutes.
 
-use crate::program::{Function, Instruction, Op, Slot, Value};
+use crate::program::{Function, Instruction, Op, Value};
 use std::collections::HashMap;
 
 /// Numbers the values of a function.
 pub fn number(function: Function) -> Function {
-    let mut known: HashMap<Key, Value> = HashMap::new();
-    let mut instructions: Vec<Instruction> = Vec::new();
-    let mut map: Vec<Value> = Vec::with_capacity(function.instructions.len());
+    let count = function.instructions.len();
+    let mut known: HashMap<Key, Value> = HashMap::with_capacity(count);
+    let mut instructions: Vec<Instruction> = Vec::with_capacity(count);
+    let mut map: Vec<Value> = Vec::with_capacity(count);
     for instruction in function.instructions {
         let op = canonical(instruction.op.map(|operand| map[operand.index()]));
         let value = *known.entry(key(op)).or_insert_with(|| {
@@ -30,19 +31,24 @@ pub fn number(function: Function) -> Function {
     Function { kind: function.kind, instructions, outputs }
 }
 
-/// An operation with its constant as bits, so that it can be looked up.
-type Key = (std::mem::Discriminant<Op>, [u64; 2], Option<Slot>);
+/// An operation with its constant as bits, or the place from which it loads, so that it can be looked up.
+type Key = (std::mem::Discriminant<Op>, [u64; 2]);
 
 fn key(op: Op) -> Key {
-    let mut operands = op.operands().map(|operand| operand.index() as u64);
-    let first = match op {
+    let words = match op {
         // NaN is NaN with any sign.
-        Op::Const(number) if number.is_nan() => f64::NAN.to_bits(),
-        Op::Const(number) => number.to_bits(),
-        _ => operands.next().unwrap_or(u64::MAX),
+        Op::Const(number) if number.is_nan() => [f64::NAN.to_bits(), 0],
+        Op::Const(number) => [number.to_bits(), 0],
+        Op::Load(slot) => {
+            let (argument, index) = slot.place();
+            [argument as u64, index as u64]
+        }
+        _ => {
+            let mut operands = op.operands().map(|operand| operand.index() as u64);
+            [(); 2].map(|()| operands.next().unwrap_or(u64::MAX))
+        }
     };
-    let slot = if let Op::Load(slot) = op { Some(slot) } else { None };
-    (std::mem::discriminant(&op), [first, operands.next().unwrap_or(u64::MAX)], slot)
+    (std::mem::discriminant(&op), words)
 }
 
 /// Operands of commutative operations in ascending order, constants first.

@@ -112,30 +112,44 @@ pub(super) fn opaque_function(name: &str) -> Option<Function> {
     OPAQUE.into_iter().find(|function| format!("{function:?}") == name)
 }
 
+// Where an operand is 0 or 1, the engine would still build and normalise an expression.
 impl Add for &Expr {
     type Output = Expr;
     fn add(self, other: &Expr) -> Expr {
-        Expr(&self.0 + &other.0)
+        match (self.is_zero(), other.is_zero()) {
+            (true, _) => other.clone(),
+            (_, true) => self.clone(),
+            _ => Expr(&self.0 + &other.0),
+        }
     }
 }
 
 impl Sub for &Expr {
     type Output = Expr;
     fn sub(self, other: &Expr) -> Expr {
-        Expr(&self.0 - &other.0)
+        match (self.is_zero(), other.is_zero()) {
+            (_, true) => self.clone(),
+            (true, _) => -other,
+            _ => Expr(&self.0 - &other.0),
+        }
     }
 }
 
 impl Mul for &Expr {
     type Output = Expr;
     fn mul(self, other: &Expr) -> Expr {
-        Expr(&self.0 * &other.0)
+        match (self.as_integer(), other.as_integer()) {
+            (Some(0), _) | (_, Some(0)) => Expr::zero(),
+            (Some(1), _) => other.clone(),
+            (_, Some(1)) => self.clone(),
+            _ => Expr(&self.0 * &other.0),
+        }
     }
 }
 
 impl Neg for &Expr {
     type Output = Expr;
     fn neg(self) -> Expr {
-        Expr(-&self.0)
+        if self.is_zero() { Expr::zero() } else { Expr(-&self.0) }
     }
 }

@@ -9,13 +9,14 @@ use std::process::{Command, Stdio};
 use lamc::backend::c::{Real, STATUS};
 use lamc::backend::rust::{Options, ScalarChoice};
 use lamc::pipeline::{self, Compiled};
-use lamc::program::Interpreter;
+use lamc::program::{Form, FunctionKind, Interpreter};
 use lamc_runtime::constants::RESULT_NEAR;
 use lamc_runtime::plumbing::EquationsMut;
 use lamc_runtime::{
     Error, Mechanism, Rk4, State, acceleration, acceleration_and_forces, assemble, project,
 };
 use lamc_tests::random::{Lines, Random, Recipe, closed_state, driven, model};
+use lamc_tests::sheets::miura;
 use lamc_tests::{
     EXAMPLES, compile, compile_text, drawings, is_there, largest, relative_error, workspace,
 };
@@ -256,6 +257,14 @@ fn cases() -> Vec<Case> {
         case.moves = !["fourbar", "fold/pop_up"].contains(&name);
         cases.push(case);
     }
+    // The functions of a long module are tables.
+    let mut case = Case::new(compile_text(&miura(6, 6)), Vec::new());
+    assert_eq!(case.compiled.program.form(FunctionKind::Projection), Form::Tables);
+    let mut state = case.system.assembled().unwrap();
+    state.u.fill(1.0);
+    project(&case.system, 0.0, &mut state.q, &mut state.u, &mut case.system.workspace()).unwrap();
+    case.states = vec![state];
+    cases.push(case);
     // A loop with a redundant equation; the other drawings and the published mechanisms are like the examples.
     for design in drawings().filter(|design| design.name == "drawn_sarrus") {
         let mut case = Case::new(design.compiled, Vec::new());

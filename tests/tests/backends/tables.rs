@@ -1,8 +1,9 @@
 //! Functions as tables: their values against the interpreter, the modules that have them, and how long these are.
 
+use lamc::backend::c::Real;
 use lamc::backend::rust::Options;
 use lamc::backend::tables::{Numbers, Table, evaluate};
-use lamc::pipeline::{Compiled, rust_module};
+use lamc::pipeline::{Compiled, c_source, rust_module};
 use lamc::program::{Argument, Engine, Form, FunctionKind, Interpretation, Interpreter, Slot};
 use lamc_runtime::{Mechanism, acceleration, assemble};
 use lamc_tests::compare::{keep_largest, largest};
@@ -21,6 +22,9 @@ const TOLERANCE: f64 = 1e-12;
 
 /// Longest module of a sheet of 6 x 6 plates, bytes.
 const LONGEST_MODULE: usize = 400_000;
+
+/// Longest C module of the same sheet, bytes: its rows are numbers.
+const LONGEST_C_MODULE: usize = 1_700_000;
 
 /// Closed angles near those of the start.
 fn closed(system: &Interpreter) -> Vec<f64> {
@@ -86,7 +90,7 @@ fn tables_of_sheets_give_the_same_values() {
     check("yoshimura 3x3", &compile_text(&yoshimura(3, 3)));
 }
 
-/// The module of a long sheet, compiled by rustc: du/dt by numbered statements, energies by a table.
+/// The modules of a long sheet, compiled by rustc and a C compiler: du/dt by statements, energies by a table.
 #[test]
 fn modules_of_long_sheets_are_short_and_right() {
     let compiled = compile_text(&miura(6, 6));
@@ -105,7 +109,13 @@ fn modules_of_long_sheets_are_short_and_right() {
     let energy = system.energy(0.0, &q, &u).unwrap();
     let expected: Vec<f64> = rates.into_iter().chain([energy.kinetic, energy.potential]).collect();
     let state = Values { q, u, ..Values::default() };
-    let answers = Workshop::new().unwrap().rust(&compiled, &[state]).unwrap();
-    let found = answers[0].as_ref().unwrap();
-    assert!(relative_error(found, &expected) < TOLERANCE);
+    let workshop = Workshop::new().unwrap();
+    let states = [state];
+    for answers in [workshop.rust(&compiled, &states), workshop.c(&compiled, &states)] {
+        let answers = answers.unwrap();
+        let found = answers[0].as_ref().unwrap();
+        assert!(relative_error(found, &expected) < TOLERANCE);
+    }
+    let source = c_source(&compiled, Real::Double, "model.h").unwrap();
+    assert!(source.len() < LONGEST_C_MODULE, "{} bytes", source.len());
 }

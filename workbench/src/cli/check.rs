@@ -123,14 +123,14 @@ fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
     }
 }
 
-/// Writes in which form the Rust module has its functions, where it is not straight-line code.
+/// Writes in which form modules have their functions, where it is not straight-line code.
 fn write_form(text: &mut String, program: &Program) -> fmt::Result {
     match program.form(FunctionKind::Acceleration) {
         Form::StraightLine => Ok(()),
         Form::Numbered => {
-            writeln!(text, "Rust module: tables; the acceleration is straight-line code")
+            writeln!(text, "modules: tables; the acceleration is straight-line code")
         }
-        Form::Tables => writeln!(text, "Rust module: tables"),
+        Form::Tables => writeln!(text, "modules: tables"),
     }
 }
 

@@ -1,6 +1,8 @@
 //! Prints the mechanism's functions as C.
 
-use crate::program::{Argument, Function, FunctionKind, Op, Parts, Program, Quantity, Shape, Slot};
+use crate::program::{
+    Argument, Form, Function, FunctionKind, Op, Parts, Program, Quantity, Shape, Slot,
+};
 use std::collections::BTreeSet;
 
 use serde::Serialize;
@@ -9,6 +11,7 @@ use tera::Context;
 use super::Real;
 use super::algorithms::{identifiers, words};
 use super::description::{MACROS, fields};
+use super::tables::Tables;
 use crate::backend::constants::{self, Constant, Constants};
 use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
@@ -87,6 +90,12 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
         .collect();
     let mut library = BTreeSet::from(["sqrt"]);
     library.extend(ops.iter().filter_map(|&op| library_function(op)));
+    let is_table = |function: &&Function| program.form(function.kind) == Form::Tables;
+    let turns = ["sin", "cos"];
+    if functions.iter().any(is_table) && turns.iter().any(|name| library.contains(name)) {
+        // A table computes both.
+        library.extend(turns);
+    }
     let suffix = real.suffix();
     let library: Vec<_> = library.iter().map(|name| format!("{name}{suffix}")).collect();
     context.insert("library", &library);
@@ -104,7 +113,8 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
     let reserved = words.into_iter().chain(identifiers(header)).map(str::to_ascii_lowercase);
     let reserved: Vec<String> = reserved.collect();
     let reserved: Vec<&str> = reserved.iter().map(String::as_str).collect();
-    let constants = Constants::of(program, functions.iter().copied(), &reserved);
+    let named = functions.iter().copied().filter(|function| !is_table(function));
+    let constants = Constants::of(program, named, &reserved);
     context.insert("legend", &legend(&constants));
     context.insert("model_constants", &groups(program, &constants, real));
     let printer = Printer {
@@ -113,9 +123,15 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
         parameters: fields(program.interface.parameters.iter().map(|parameter| &parameter.name)),
         inputs: fields(&program.interface.inputs),
     };
-    let written: Vec<Written> =
-        functions.iter().map(|function| printer.function(program, function)).collect();
+    let mut tables = Tables::default();
+    let write = |function: &&Function| match is_table(function) {
+        true => printer.table(program, function, &mut tables),
+        false => printer.function(program, function),
+    };
+    let written: Vec<Written> = functions.iter().map(write).collect();
     context.insert("functions", &written);
+    tables.finish(real);
+    context.insert("tables", &tables);
     let cost = |function: &&Function| Cost {
         name: function.kind.name(),
         cost: function.cost().to_string(),
@@ -162,19 +178,11 @@ struct Printer {
 }
 
 impl Printer {
+    /// A function as statements.
     fn function(&self, program: &Program, function: &Function) -> Written {
-        let model = &program.interface.name;
-        let signature = function.kind.signature();
         let parts = Parts::whole(function);
-        let reserved = reserved(signature, helpers());
+        let reserved = reserved(function.kind.signature(), helpers());
         let stretch = statements(program, &self.constants, function, &parts, &reserved).remove(0);
-        let parameter = |argument: &Argument| match argument {
-            Argument::Parameters => format!("const {model}_params *{}", argument.name()),
-            Argument::Inputs => format!("const {model}_inputs *{}", argument.name()),
-            _ if argument.array().shape == Shape::SCALAR => format!("real {}", argument.name()),
-            _ => format!("const real *{}", argument.name()),
-        };
-        let mut parameters: Vec<String> = signature.inputs.iter().map(parameter).collect();
         let mut lines = Vec::new();
         for statement in &stretch.list {
             self.statement(&program.interface.nodes, statement, &mut lines);
@@ -183,8 +191,6 @@ impl Printer {
             let value = self.expression(entry);
             wrap(&format!("    {output}[{index}] = {value};"), &mut lines);
         }
-        let written = function.outputs.iter().filter(|output| !output.entries.is_empty());
-        parameters.extend(written.map(|output| format!("real *{}", output.name)));
         let reads: BTreeSet<_> = function
             .instructions
             .iter()
@@ -193,11 +199,27 @@ impl Printer {
                 _ => None,
             })
             .collect();
-        let unused = signature.inputs.iter().filter(|argument| !reads.contains(argument));
+        let inputs = function.kind.signature().inputs.iter();
+        let unused = inputs.filter(|argument| !reads.contains(argument));
         let unused = unused.map(|argument| argument.name()).collect();
-        let mut head = Vec::new();
-        wrap(&format!("{}({})", static_name(function.kind), parameters.join(", ")), &mut head);
-        Written { signature: head.join("\n"), unused, lines }
+        Written { signature: head(program, function), unused, lines }
+    }
+
+    /// A function as a table.
+    fn table(&self, program: &Program, function: &Function, tables: &mut Tables) -> Written {
+        let fields = [&*self.parameters, &*self.inputs];
+        let mut lines = Vec::new();
+        for statement in tables.add(function, &program.interface, fields) {
+            wrap(&format!("    {statement}"), &mut lines);
+        }
+        let is_empty = |argument: &&Argument| match argument {
+            Argument::Parameters => self.parameters.is_empty(),
+            Argument::Inputs => self.inputs.is_empty(),
+            _ => false,
+        };
+        let unused = function.kind.signature().inputs.iter().filter(is_empty);
+        let unused = unused.map(|argument| argument.name()).collect();
+        Written { signature: head(program, function), unused, lines }
     }
 
     fn statement(&self, nodes: &[String], statement: &Statement, lines: &mut Vec<String>) {
@@ -241,13 +263,9 @@ impl Printer {
                 format!("{x} {} {y}", operator.symbol())
             }
             Expression::Call(function, arguments) => {
-                let (_, name) = CALLS
-                    .into_iter()
-                    .find(|(mnemonic, _)| mnemonic == function)
-                    .unwrap_or_else(|| unreachable!("C has no name for {function}"));
-                let suffix = if OWN.contains(&name) { "" } else { self.real.suffix() };
                 let arguments: Vec<_> = arguments.iter().map(|x| self.expression(x)).collect();
-                format!("{name}{suffix}({})", arguments.join(", "))
+                let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+                call(self.real, function, &arguments)
             }
         }
     }
@@ -262,6 +280,37 @@ impl Printer {
             _ => format!("{name}[{index}]"),
         }
     }
+}
+
+/// Returns the name and the parameters of the static function that computes a function.
+fn head(program: &Program, function: &Function) -> String {
+    let model = &program.interface.name;
+    let parameter = |argument: &Argument| match argument {
+        Argument::Parameters => format!("const {model}_params *{}", argument.name()),
+        Argument::Inputs => format!("const {model}_inputs *{}", argument.name()),
+        _ if argument.array().shape == Shape::SCALAR => format!("real {}", argument.name()),
+        _ => format!("const real *{}", argument.name()),
+    };
+    let inputs = function.kind.signature().inputs;
+    let mut parameters: Vec<String> = inputs.iter().map(parameter).collect();
+    let written = function.outputs.iter().filter(|output| !output.entries.is_empty());
+    parameters.extend(written.map(|output| format!("real *{}", output.name)));
+    let mut lines = Vec::new();
+    wrap(&format!("{}({})", static_name(function.kind), parameters.join(", ")), &mut lines);
+    lines.join("\n")
+}
+
+/// Returns the call of the function for an operation.
+///
+/// # Panics
+/// If no function computes an operation of this mnemonic.
+pub fn call(real: Real, mnemonic: &str, arguments: &[&str]) -> String {
+    let (_, name) = CALLS
+        .into_iter()
+        .find(|(known, _)| *known == mnemonic)
+        .unwrap_or_else(|| unreachable!("C has no name for {mnemonic}"));
+    let suffix = if OWN.contains(&name) { "" } else { real.suffix() };
+    format!("{name}{suffix}({})", arguments.join(", "))
 }
 
 /// Returns the comment lines that explain the prefixes of the constants' names.

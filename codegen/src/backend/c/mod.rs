@@ -10,6 +10,7 @@ mod body;
 mod constants;
 mod description;
 mod offered;
+mod tables;
 
 use lamc_runtime::constants::{ALL, Constant};
 use tera::{Context, Tera};
