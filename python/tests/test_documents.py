@@ -9,24 +9,31 @@ import gymnasium
 import numpy as np
 import pytest
 
+from lamc import _command
+
 ROOT = Path(__file__).parents[2]
+
+
+def run(page: str, until: str | None, least: int) -> dict[str, Any]:
+    """Runs the blocks of a page, and returns what they define."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    blocks = re.findall(r"^```python\n(.*?)^```", text[: until and text.index(until)], re.MULTILINE | re.DOTALL)
+    assert len(blocks) >= least
+    names: dict[str, Any] = {}
+    for block in blocks:
+        exec(compile(block, f"docs/{page}", "exec"), names)
+    return names
 
 
 def test_the_code_of_the_guide_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     (ROOT / "target").mkdir(exist_ok=True)
-    text = (ROOT / "docs/PYTHON.md").read_text(encoding="utf-8")
     # What follows is about another module.
-    guide = text[: text.index("## Without the package")]
-    blocks = re.findall(r"^```python\n(.*?)^```", guide, re.MULTILINE | re.DOTALL)
-    assert len(blocks) >= 7
-    names: dict[str, object] = {}
-    for block in blocks:
-        exec(compile(block, "docs/PYTHON.md", "exec"), names)
+    names = run("PYTHON.md", until="## Without the package", least=7)
     # What the page says of it.
     assert repr(names["model"]) == "<lamc.Model sixbar: 6 joints, 1 loop, mobility 3>"
     held, played = names["held"], names["played"]
-    assert abs(held.q - played.q).max() < 1e-9  # type: ignore[attr-defined]
+    assert abs(held.q - played.q).max() < 1e-9
     check_events(names)
     check_plant(names)
     check_environments(names)
@@ -72,3 +79,16 @@ def check_environments(names: dict[str, Any]) -> None:
     assert (abs(seen[:, 0]) <= 0.1).all() and (seen[:, 1] == 0).all()
     # The controller of the page reaches 1 rad: in the last 50 of its 250 steps they swing for the second time.
     assert abs(names["observations"][:, 0] - 1.0).max() < 0.05
+
+
+def test_the_code_about_sweeps_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    (ROOT / "target").mkdir(exist_ok=True)
+    for name in ("tolerances.parquet", "sweep.parquet"):
+        (ROOT / "target" / name).unlink(missing_ok=True)
+    model, plan = "examples/sixbar_markers.yaml", "examples/sweep/tolerances.yaml"
+    _command.run(["sweep", model, plan, "--output=target/tolerances.parquet"])
+    names = run("SWEEPS.md", until=None, least=2)
+    rows = names["rows"]
+    # Sobol's 64 points of a normal distribution with a deviation of 5 %.
+    assert abs(rows.k.std() / (0.05 * 0.0114) - 1) < 0.1

@@ -15,6 +15,9 @@ use crate::simulation::{
     Asked, Reached, Simulation, allowed, describe, sample_times, start, unfold,
 };
 
+/// A state of a motion.
+type Sample = State<Vec<f64>, f64>;
+
 /// What came of a run.
 pub struct Run {
     /// One cell for each of [`columns`]; or why there are none.
@@ -119,7 +122,7 @@ fn begin<'q>(
     guess: &[(usize, f64)],
     values: impl Iterator<Item = (&'q Quantity, f64)>,
     warn: &mut dyn FnMut(String),
-) -> Result<State<Vec<f64>, f64>, String> {
+) -> Result<Sample, String> {
     let interface = &compiled.program.interface;
     let known = verdicts(&compiled.topology.mechanism, system.parameters());
     let mut inputs = system.inputs().to_vec();
@@ -150,14 +153,14 @@ fn begin<'q>(
 
 /// The states of a motion at its samples.
 struct Course {
-    samples: Vec<State<Vec<f64>, f64>>,
+    samples: Vec<Sample>,
     steps: usize,
 }
 
 fn simulate(
     compiled: &Compiled,
     system: Jit,
-    mut state: State<Vec<f64>, f64>,
+    mut state: Sample,
     task: &Simulate,
     warnings: &mut Vec<String>,
     is_interrupted: &dyn Fn() -> bool,
@@ -196,7 +199,7 @@ impl Course {
             cells.extend(last.q.iter().chain(&last.u).copied().map(Cell::number));
         }
         if task.extremes {
-            let all = |pick: &dyn Fn(&State<Vec<f64>, f64>) -> f64| {
+            let all = |pick: &dyn Fn(&Sample) -> f64| {
                 self.samples.iter().map(pick).reduce(larger).unwrap_or(f64::NAN)
             };
             cells.extend(joints.clone().map(|j| Cell::number(-all(&|sample| -sample.q[j]))));
@@ -217,7 +220,7 @@ impl Course {
             }
         }
         if task.motion {
-            let series = |pick: &dyn Fn(&State<Vec<f64>, f64>) -> f64| {
+            let series = |pick: &dyn Fn(&Sample) -> f64| {
                 Cell::Series(Some(self.samples.iter().map(pick).collect()))
             };
             cells.push(series(&|sample| sample.t));
@@ -238,9 +241,8 @@ impl Course {
         }
         let mut rest = last.clone();
         settle(system, &mut rest).ok()?;
-        let away = |sample: &State<Vec<f64>, f64>| {
-            largest(sample.q.iter().zip(&rest.q).map(|(q, rest)| q - rest))
-        };
+        let away =
+            |sample: &Sample| largest(sample.q.iter().zip(&rest.q).map(|(q, rest)| q - rest));
         let distances: Vec<f64> = self.samples.iter().map(away).collect();
         let allowed = band * largest(&distances);
         let outside = distances.iter().rposition(|distance| *distance > allowed);
@@ -282,7 +284,7 @@ impl Rest {
 fn rest(
     compiled: &Compiled,
     system: Jit,
-    mut state: State<Vec<f64>, f64>,
+    mut state: Sample,
     warnings: &mut Vec<String>,
 ) -> Result<Rest, String> {
     let mut find = || {
@@ -301,7 +303,7 @@ fn rest(
     Ok(rest)
 }
 
-fn settle(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Result<Equilibrium<f64>, Error> {
+fn settle(system: &Jit, state: &mut Sample) -> Result<Equilibrium<f64>, Error> {
     state.u.fill(0.0);
     equilibrium(system, state.t, &mut state.q, &mut system.workspace())
 }

@@ -2,6 +2,7 @@
 
 mod keys;
 mod read;
+mod terms;
 
 pub use keys::MAPPINGS;
 

@@ -1,19 +1,12 @@
 //! Text -> plan, with diagnostics.
 
-use std::f64::consts::TAU;
-
 use lamc::source::fields::{Fields, array, entries, items};
-use lamc::source::schema::{Presence, Range};
 use lamc::source::yaml::{self, Content, Entry, Node, shorten};
-use lamc::source::{
-    AngleUnit, Diagnostic, Diagnostics, Dimension, SourceFile, Span, alternatives, beyond_a_turn,
-    codes, has_no_unit, read_as, read_in,
-};
+use lamc::source::{AngleUnit, Diagnostic, Diagnostics, SourceFile, Span, codes};
 
 use super::keys::{AXIS, DISTRIBUTION, METHODS, PLAN, RECORDS, SAMPLERS, SAMPLES, SPACINGS, TASKS};
 use super::{
-    Axis, Distribution, MOST_RUNS, Plan, Quantities, Quantity, Sampler, Simulate, Target, Task,
-    Varied,
+    Axis, Distribution, MOST_RUNS, Plan, Quantities, Quantity, Sampler, Simulate, Task, Varied,
 };
 use crate::simulation::{Method, Settings};
 use crate::sweep::MOST_SOBOL;
@@ -40,10 +33,10 @@ pub fn plan(
     }
 }
 
-struct Reader<'q> {
-    quantities: &'q [Quantity],
-    angle: AngleUnit,
-    found: Diagnostics,
+pub(super) struct Reader<'q> {
+    pub(super) quantities: &'q [Quantity],
+    pub(super) angle: AngleUnit,
+    pub(super) found: Diagnostics,
 }
 
 /// A spread about the value of the model, or two numbers.
@@ -322,141 +315,7 @@ impl Reader<'_> {
         }
         Some(records)
     }
-
-    /// The quantity that a key names.
-    fn quantity(&mut self, entry: &Entry) -> Option<Quantity> {
-        let name = entry.key.value.as_str();
-        if let Some(found) = self.quantities.iter().find(|it| it.name == name) {
-            return Some(found.clone());
-        }
-        let known: Vec<&str> = self.quantities.iter().map(|it| it.name.as_str()).collect();
-        let message = format!("the model has no quantity `{}`", shorten(name));
-        let error = Diagnostic::error(codes::UNKNOWN_NAME, entry.key.span, message)
-            .label("neither a parameter nor `initial.<joint>` nor `input.<input>`")
-            .hint(alternatives(name, &known, "quantities"));
-        self.found.push(error);
-        None
-    }
-
-    /// A value of a quantity, SI.
-    fn value(&mut self, node: &Node, quantity: &Quantity) -> Option<f64> {
-        let Some(scalar) = node.scalar().filter(|_| !node.is_null()) else {
-            self.not_a_number(node, "expected a number".to_owned());
-            return None;
-        };
-        let text = scalar.text.trim();
-        let read = match quantity.target {
-            Target::Initial(_) => {
-                self.angle.read(text).ok_or_else(|| "expected an angle, such as `30deg`".to_owned())
-            }
-            Target::Parameter(_) | Target::Input(_) => read_as(text, quantity.dimension),
-        };
-        match read {
-            Ok(value) => {
-                self.warn_of_turns(node, quantity, value);
-                Some(value)
-            }
-            Err(reason) => {
-                self.not_a_number(node, reason);
-                None
-            }
-        }
-    }
-
-    /// Refuses an angle of more than a turn without a unit, which was meant in degrees.
-    fn warn_of_turns(&mut self, node: &Node, quantity: &Quantity, value: f64) {
-        let is_radian = match quantity.target {
-            Target::Initial(_) => self.angle.is_radian(),
-            _ => quantity.dimension.is_some_and(Dimension::is_angle),
-        };
-        let bare = node.scalar().is_some_and(|scalar| has_no_unit(&scalar.text));
-        if let Some(turns) = beyond_a_turn(value).filter(|_| is_radian && bare) {
-            let degrees = (value % TAU).to_degrees();
-            let error = Diagnostic::error(codes::BAD_PLAN, node.span, turns);
-            self.found.push(
-                error.hint(format!(
-                    "write `{value}deg` if degrees are meant, else `{degrees:.4}deg`"
-                )),
-            );
-        }
-    }
-
-    /// A number of a key, or its default.
-    fn number(&mut self, fields: &Fields, key: &str, unit: &str) -> Option<f64> {
-        let node = fields.get(key);
-        let text = match node {
-            Some(node) => node.scalar().map_or("", |scalar| &scalar.text),
-            None => default(fields, key),
-        };
-        let is_positive = fields.key(key).is_some_and(|key| key.range == Range::Positive);
-        match (read_in(text, unit), node) {
-            (Ok(value), Some(node)) if is_positive && value <= 0.0 => {
-                self.wrong(node.span, format!("`{key}` must be more than 0"));
-                None
-            }
-            (Ok(value), _) => Some(value),
-            (Err(reason), Some(node)) => {
-                self.not_a_number(node, reason);
-                None
-            }
-            (Err(_), None) => None,
-        }
-    }
-
-    /// A whole number of a key, or its default.
-    fn whole(&mut self, fields: &Fields, key: &'static str) -> Option<u64> {
-        let Some(node) = fields.read(key, &mut self.found) else {
-            return default(fields, key).parse().ok();
-        };
-        let read =
-            node.scalar().and_then(|scalar| scalar.text.trim().replace('_', "").parse().ok());
-        if read.is_none() {
-            self.not_a_number(node, format!("`{key}` must be a whole number, 0 or more"));
-        }
-        read
-    }
-
-    /// A word of a key, or its default.
-    fn word(
-        &mut self,
-        fields: &Fields,
-        key: &str,
-        words: &'static [&'static str],
-    ) -> Option<&'static str> {
-        match fields.get(key) {
-            Some(node) => self.one_of(node, words),
-            None => words.iter().copied().find(|word| *word == default(fields, key)),
-        }
-    }
-
-    fn one_of(&mut self, node: &Node, words: &'static [&'static str]) -> Option<&'static str> {
-        let text = node.scalar().map(|scalar| &*scalar.text);
-        let found = words.iter().copied().find(|word| Some(*word) == text);
-        if found.is_none() {
-            let error = Diagnostic::error(codes::WRONG_TYPE, node.span, "expected another word");
-            let hint = alternatives(text.unwrap_or_default(), words, "words");
-            self.found.push(error.label(format!("this is {}", node.describe())).hint(hint));
-        }
-        found
-    }
-
-    fn wrong(&mut self, at: Span, message: impl Into<String>) {
-        self.found.push(Diagnostic::error(codes::BAD_PLAN, at, message));
-    }
-
-    fn not_a_number(&mut self, node: &Node, message: String) {
-        let error = Diagnostic::error(codes::NOT_A_NUMBER, node.span, message);
-        self.found.push(error.label(format!("this is {}", node.describe())));
-    }
 }
 
 /// The distributions, of which one is given.
 const DISTRIBUTIONS: [&str; 3] = ["uniform", "log_uniform", "normal"];
-
-/// The default of a key, as text.
-fn default(fields: &Fields, key: &str) -> &'static str {
-    match fields.key(key).map(|key| key.presence) {
-        Some(Presence::Default(text)) => text,
-        _ => "",
-    }
-}

@@ -5,6 +5,7 @@ use arrow_array::cast::AsArray as _;
 use arrow_array::types::Float64Type;
 use arrow_select::concat::concat_batches;
 use bytes::Bytes;
+use lamc::arithmetic::larger;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::*;
@@ -22,7 +23,7 @@ fn rows(model: &str, plan: &str) -> RecordBatch {
     concat_batches(&parts[0].schema(), &parts).unwrap()
 }
 
-fn column<'r>(rows: &'r RecordBatch, name: &str) -> Vec<Option<f64>> {
+fn column(rows: &RecordBatch, name: &str) -> Vec<Option<f64>> {
     let column = rows.column_by_name(name).unwrap_or_else(|| panic!("no column `{name}`"));
     column.as_primitive::<Float64Type>().iter().collect()
 }
@@ -54,8 +55,8 @@ fn motions_are_those_of_the_closed_form() {
     assert_eq!(rows.num_rows(), 16);
     let of = |name: &str| numbers(&rows, name);
     let values = ["k", "b", "input.motor", "initial.hinge"].map(of);
-    for row in 0..rows.num_rows() {
-        let [k, b, torque, start] = [0, 1, 2, 3].map(|it: usize| values[it][row]);
+    let runs = (0..rows.num_rows()).map(|row| (row, values.each_ref().map(|column| column[row])));
+    for (row, [k, b, torque, start]) in runs {
         let samples: Vec<[f64; 2]> = (0..=1000)
             .map(|sample| swing(k, b, torque, start, f64::from(sample) / 500.0))
             .collect();
@@ -70,7 +71,7 @@ fn motions_are_those_of_the_closed_form() {
         near("q.hinge", q);
         near("u.hinge", u);
         let all =
-            |pick: &dyn Fn(&[f64; 2]) -> f64| samples.iter().map(pick).reduce(f64::max).unwrap();
+            |pick: &dyn Fn(&[f64; 2]) -> f64| samples.iter().map(pick).reduce(larger).unwrap();
         near("q_max.hinge", all(&|sample| sample[0]));
         near("q_min.hinge", -all(&|sample| -sample[0]));
         near("u_max.hinge", all(&|sample| sample[1].abs()));
