@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib import import_module
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -45,9 +46,7 @@ class Sweep:
         """Returns the rows as a ``pyarrow.Table``."""
         if self._table is not None:
             return self._table
-        import pyarrow.parquet
-
-        return pyarrow.parquet.read_table(self.path)
+        return _module("pyarrow.parquet", "tables").read_table(self.path)
 
     def to_pandas(self) -> Any:
         """Returns the rows as a ``pandas.DataFrame``, by the number of the run."""
@@ -101,12 +100,11 @@ def sweep(
         shard,
     )
     if out is None:
-        import pyarrow.parquet
-
+        parquet = _module("pyarrow.parquet", "tables")
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "sweep.parquet"
             found = _run(arguments, file, False, engines[engine], workers, progress)
-            return Sweep(None, found.runs, found.failures, pyarrow.parquet.read_table(file))
+            return Sweep(None, found.runs, found.failures, parquet.read_table(file))
     return _run(arguments, Path(out), resume, engines[engine], workers, progress)
 
 
@@ -205,6 +203,14 @@ def _local(
             raise
 
 
+def _module(name: str, extra: str) -> Any:
+    """A package that is loaded when it is needed."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise _lamc.Error(f"this needs the package `{name}`: pip install 'lamc[{extra}]'") from None
+
+
 def _cores() -> int:
     """The cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
@@ -215,8 +221,7 @@ def _cores() -> int:
 def _ray(
     arguments: tuple[Any, ...], _: _lamc.Sweep, parts: list[int], workers: int | None
 ) -> Parts:
-    import ray
-
+    ray = _module("ray", "ray")
     if not ray.is_initialized():
         ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False)
     # Once into the object store; each process of Ray takes it from there and prepares the model once.
@@ -239,12 +244,11 @@ def _ray(
 def _dask(
     arguments: tuple[Any, ...], _: _lamc.Sweep, parts: list[int], workers: int | None
 ) -> Parts:
-    from distributed import Client, as_completed, get_client
-
+    distributed = _module("distributed", "dask")
     try:
-        client, ours = get_client(), False
+        client, ours = distributed.get_client(), False
     except ValueError:
-        client, ours = Client(n_workers=workers, threads_per_worker=1), True
+        client, ours = distributed.Client(n_workers=workers, threads_per_worker=1), True
     # The result of a task, which a cluster computes again if the worker that has it is lost.
     shipped = client.submit(bytes, pickle.dumps(arguments), pure=False)
     ahead = AHEAD * (workers or sum(client.nthreads().values()))
@@ -255,7 +259,7 @@ def _dask(
 
     running = {submit(part): part for part in islice(waiting, ahead)}
     try:
-        completed = as_completed(list(running))
+        completed = distributed.as_completed(list(running))
         for future in completed:
             yield running.pop(future), future.result()
             for following in islice(waiting, 1):
