@@ -49,6 +49,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .input("the plan", [plan])
         .output("--output", [path])
         .check()?;
+    if path == "-" {
+        return Err(misused(
+            "a sweep needs a file, beside which its parts are kept: --output sweep.parquet",
+        ));
+    }
     output::has_extension(Some(path), "parquet")?;
     let shard = match shard {
         None => Shard::ALL,

@@ -127,6 +127,7 @@ fn arguments_that_cannot_be_are_refused_before_work() {
     let to = |name: &str, options: &[&str]| sweep(&inputs, &folder.join(name), options);
     for (refused, reason) in [
         (to("out.csv", &[]), "does not end in .parquet"),
+        (run(&["sweep", &inputs[0], &inputs[1], "-o", "-"]), "a sweep needs a file"),
         (to("out.parquet", &["--shard", "0/3"]), "is not of the form `3/100`"),
         (to("out.parquet", &["--shard", "4/3"]), "is not of the form `3/100`"),
         (to("out.parquet", &["--threads", "0"]), "--threads must be at least 1"),

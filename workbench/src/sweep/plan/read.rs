@@ -13,6 +13,8 @@ use crate::sweep::MOST_SOBOL;
 
 /// Most values of an axis.
 const MOST_VALUES: u64 = 1_000_000;
+/// What a plan needs.
+const NEEDED: &str = "give a `grid`, or `vary` and `samples`";
 /// The records of an equilibrium.
 const AT_REST: &[&str] = &["end", "energy", "frequencies"];
 /// What there is of motions only.
@@ -24,7 +26,11 @@ pub fn plan(
     Quantities(quantities): &Quantities,
     angle: AngleUnit,
 ) -> Result<Plan, Diagnostics> {
-    let (root, found) = yaml::parse(&file.text)?;
+    let (root, found) = yaml::parse(&file.text).map_err(|mut found| {
+        let empty = found.0.iter_mut().filter(|found| found.code == codes::EMPTY_FILE);
+        empty.for_each(|found| found.hint = Some(NEEDED.to_owned()));
+        found
+    })?;
     let mut reader = Reader { quantities, angle, found };
     let plan = reader.plan(&root);
     match plan {
@@ -58,7 +64,7 @@ impl Reader<'_> {
             Plan { task: task?, axes, varied, sampler: sampler?, samples: samples?, seed: seed? };
         if plan.quantities().next().is_none() && !self.found.has_errors() {
             let error = Diagnostic::error(codes::BAD_PLAN, root.span, "the plan varies nothing");
-            self.found.push(error.hint("give a `grid`, or `vary` and `samples`"));
+            self.found.push(error.hint(NEEDED));
         }
         let points = plan.axes.iter().map(|axis| axis.values.len() as u64);
         let is_sobol = plan.sampler == Sampler::Sobol;

@@ -98,8 +98,12 @@ impl Reader<'_> {
         let Some(node) = fields.read(key, &mut self.found) else {
             return default(fields, key).parse().ok();
         };
-        let read =
-            node.scalar().and_then(|scalar| scalar.text.trim().replace('_', "").parse().ok());
+        let read = node.scalar().and_then(|scalar| {
+            let text = scalar.text.trim().replace('_', "");
+            // As 1e4 and 10.0, too.
+            let number = || text.parse::<f64>().ok().filter(|number| is_whole(*number));
+            text.parse().ok().or_else(|| number().map(|number| number as u64))
+        });
         if read.is_none() {
             self.not_a_number(node, format!("`{key}` must be a whole number, 0 or more"));
         }
@@ -142,6 +146,12 @@ impl Reader<'_> {
         let error = Diagnostic::error(codes::NOT_A_NUMBER, node.span, message);
         self.found.push(error.label(format!("this is {}", node.describe())));
     }
+}
+
+/// Whether a number is a whole one that a double holds exactly.
+fn is_whole(number: f64) -> bool {
+    const EXACT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
+    (0.0..=EXACT).contains(&number) && number.fract() == 0.0
 }
 
 /// The default of a key, as text.

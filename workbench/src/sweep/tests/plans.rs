@@ -40,6 +40,26 @@ fn a_plan_has_units_tolerances_and_defaults() {
 }
 
 #[test]
+fn whole_numbers_are_written_in_every_way() {
+    for (text, count) in [("1e4", 10_000), ("10.0", 10), ("1_000", 1000), ("7", 7)] {
+        let plan =
+            read(&format!("{{ vary: {{ k: {{ normal: 5% }} }}, samples: {{ count: {text} }} }}"));
+        assert_eq!(plan.map(|plan| plan.samples).ok(), Some(count), "{text}");
+    }
+    for text in ["1.5", "-1", "1e300", "nan", "ten"] {
+        let plan =
+            read(&format!("{{ vary: {{ k: {{ normal: 5% }} }}, samples: {{ count: {text} }} }}"));
+        assert!(plan.is_err(), "{text}");
+    }
+}
+
+#[test]
+fn an_empty_plan_is_told_what_a_plan_needs() {
+    let found = read("").unwrap_err();
+    assert_eq!(found.0[0].hint.as_deref(), Some("give a `grid`, or `vary` and `samples`"));
+}
+
+#[test]
 fn each_distribution_is_about_the_value_that_the_model_has_now() {
     let (compiled, mut system) = compiled(ROD);
     system.set_parameter("k", 0.01).unwrap();
