@@ -98,6 +98,11 @@ pub fn acceleration_in_motion<Y: Mechanism>(
 /// J^T lambda acts on the coordinates, then the torque of each driven joint's motor (N m) on the
 /// joint's second body. Of redundant rows it is the smallest that does.
 ///
+/// Where a direction of the closure has faded to less than some 2e-6 of the strongest (3e-3 in `f32`), this
+/// solves the equations of the state as they are, and [`acceleration`] takes that direction along the motion
+/// where it can. What rounding leaves of the direction may then be most of the result here, of du/dt as of the
+/// forces; du/dt of [`acceleration`] is the better one.
+///
 /// # Errors
 ///
 /// As [`acceleration`].
