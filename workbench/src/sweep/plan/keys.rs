@@ -20,10 +20,12 @@ pub const SPACINGS: &[&str] = &["linear", "logarithmic"];
 
 const VARIED: Kind = Kind::Other("a quantity of the model");
 /// Two numbers, or one about the value of the model.
-const SPREAD: Value = Value::Either(
-    &Value::Array { of: &Value::Parameter, length: 2, form: "`[a, b]`" },
-    &Value::Parameter,
-);
+const SPREAD: Value = Value::List {
+    of: &Value::Parameter,
+    items: [1, 2],
+    form: "`[a, b]`, or one number or percentage",
+};
+const ONE: Presence = Presence::Optional("one of the three is given");
 
 /// The whole plan.
 pub static PLAN: Mapping = Mapping {
@@ -166,21 +168,21 @@ pub static DISTRIBUTION: Mapping = Mapping {
         key(
             "uniform",
             SPREAD,
-            Presence::Together,
+            ONE,
             "[9mN*m/rad, 12mN*m/rad]",
             "All values between these two are equally likely; or within this tolerance on either side.",
         ),
         key(
             "log_uniform",
             Value::Array { of: &Value::Parameter, length: 2, form: "`[a, b]`" },
-            Presence::Together,
+            ONE,
             "[1e-3, 1e-1]",
             "The logarithm is uniform between those of these two, which have the same sign.",
         ),
         key(
             "normal",
             SPREAD,
-            Presence::Together,
+            ONE,
             "[11mN*m/rad, 0.5mN*m/rad]",
             "Mean and standard deviation; or the standard deviation alone.",
         ),
