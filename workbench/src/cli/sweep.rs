@@ -42,32 +42,41 @@ pub struct Arguments {
     threads: Option<usize>,
 }
 
-pub fn run(arguments: &Arguments) -> Outcome {
-    let Arguments { start, plan, output: path, resume, shard, threads } = arguments;
-    Paths::default()
-        .input("the model", [&start.model])
-        .input("the plan", [plan])
-        .output("--output", [path])
-        .check()?;
-    if path == "-" {
-        return Err(misused(
-            "a sweep needs a file, beside which its parts are kept: --output sweep.parquet",
-        ));
+impl Arguments {
+    /// The shard, and the number of threads.
+    fn check(&self) -> Result<(Shard, usize), Failed> {
+        let Self { start, plan, output: path, shard, threads, .. } = self;
+        Paths::default()
+            .input("the model", [&start.model])
+            .input("the plan", [plan])
+            .output("--output", [path])
+            .check()?;
+        if path == "-" {
+            return Err(misused(
+                "a sweep needs a file, beside which its parts are kept: --output sweep.parquet",
+            ));
+        }
+        output::has_extension(Some(path), "parquet")?;
+        let shard = match shard {
+            None => Shard::ALL,
+            Some(text) => Shard::read(text).ok_or_else(|| {
+                misused(format_args!(
+                    "`--shard {text}` is not of the form `3/100`: the third of a hundred parts"
+                ))
+            })?,
+        };
+        let threads = match threads {
+            Some(0) => return Err(misused("--threads must be at least 1")),
+            Some(threads) => *threads,
+            None => thread::available_parallelism().map_or(1, usize::from),
+        };
+        Ok((shard, threads))
     }
-    output::has_extension(Some(path), "parquet")?;
-    let shard = match shard {
-        None => Shard::ALL,
-        Some(text) => Shard::read(text).ok_or_else(|| {
-            misused(format_args!(
-                "`--shard {text}` is not of the form `3/100`: the third of a hundred parts"
-            ))
-        })?,
-    };
-    let threads = match threads {
-        Some(0) => return Err(misused("--threads must be at least 1")),
-        Some(threads) => *threads,
-        None => thread::available_parallelism().map_or(1, usize::from),
-    };
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let Arguments { start, plan, output: path, resume, .. } = arguments;
+    let (shard, threads) = arguments.check()?;
     output::probe(path)?;
     let plan = read(plan)?;
     let compiled = Arc::new(start.compile(&[])?);
