@@ -34,10 +34,11 @@ def timed(model: lamc.Model, count: int, **options: object) -> tuple[float, lamc
         begin = time.perf_counter()
         found = lamc.sweep(model, plan(count), file, progress=False, **options)  # type: ignore[arg-type]
         seconds = time.perf_counter() - begin
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         steps = lamc.Sweep(file, found.runs).to_pandas().steps.sum()
         print(
             f"{count} motions, {options}: {seconds:.2f} s, {steps / seconds:.3g} steps per second, "
-            f"at most {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB"
+            f"at most {memory:.0f} MB"
         )
         return seconds, found, file.read_bytes()
 
@@ -70,4 +71,5 @@ def main() -> None:
         print(f"{work} s of one core: Ray takes {on_ray / on_threads - 1:+.1%}")
 
 
-main()
+if __name__ == "__main__":
+    main()
