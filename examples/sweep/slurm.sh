@@ -9,6 +9,7 @@
 set -euo pipefail
 # The equations are derived once, and kept where every node finds them.
 export XDG_CACHE_HOME=$SLURM_SUBMIT_DIR/cache
+mkdir -p results
 lamc sweep sixbar_markers.yaml tolerances.yaml --resume \
     --shard "$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT" \
     --threads "$SLURM_CPUS_PER_TASK" \
