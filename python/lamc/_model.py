@@ -130,6 +130,16 @@ class Model:
         self._warn(found)
         return Model(native, {**self._changed, **values}, self._formulas)
 
+    # -- report --------------------------------------------------------------------------------------------------
+
+    def check(self) -> str:
+        """Returns the report of ``lamc check``: mobility and loops, the method that was chosen for the acceleration, masses
+        of the bodies, linear ranges of hinges, the longest stable step at rest, and operations. It is about the model as it
+        was loaded, without the changes of :meth:`with_`."""
+        report, found = self._native.check()
+        self._warn(found)
+        return report
+
     # -- what follows from states -------------------------------------------------------------------------------
 
     def acceleration(

@@ -8,6 +8,7 @@ use lamc::pipeline::Compiled;
 use lamc::program::{Executable, Interface};
 use lamc::source::Severity;
 use lamc_runtime::Error as RuntimeError;
+use lamc_workbench::check;
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 use pyo3::prelude::*;
@@ -114,6 +115,12 @@ impl Program {
         }
         about.set_item("parameters", parameters)?;
         Ok(about)
+    }
+
+    /// The report of `lamc check`, and its warnings.
+    fn check(&self, py: Python<'_>) -> (String, Vec<String>) {
+        let compiled = &self.compiled;
+        py.detach(|| (check::report(compiled), check::warnings(compiled)))
     }
 
     /// A model with other values of some parameters (SI), which shares the machine code, and the

@@ -16,6 +16,11 @@ import lamc
 from lamc import _command
 from models import INERTIA, PENDULUM, ROOT
 
+def test_the_report_is_that_of_the_command(sixbar: lamc.Model) -> None:
+    said = _command.run(["check", str(ROOT / "examples/sixbar.yaml")]).decode()
+    assert sixbar.check() == said and said.startswith("sixbar\n\nmobility 3: 6 joints")
+
+
 def test_names_and_numbers(pendulum: lamc.Model, sixbar: lamc.Model) -> None:
     assert pendulum.joints == ["hinge"] and pendulum.inputs == ["motor"]
     assert pendulum.parameters == {"k": 0.0, "b": 0.0}

@@ -5,6 +5,7 @@
 pub mod archive;
 #[cfg(feature = "derive")]
 pub mod cache;
+pub mod check;
 #[cfg(test)]
 #[allow(dead_code, reason = "a part of it serves here")]
 #[path = "../../tests/src/compare.rs"]

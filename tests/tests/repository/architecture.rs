@@ -82,6 +82,7 @@ const FLOORS: [Floors; 5] = [
             ("motion", &[]),
             ("simulation", &["execution", "motion"]),
             ("sweep", &["execution", "linear", "simulation"]),
+            ("check", &["execution", "linear", "simulation"]),
             ("verify", &["execution", "motion", "simulation"]),
             ("scene", &["motion"]),
             ("folding", &["motion", "scene"]),

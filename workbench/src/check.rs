@@ -1,0 +1,193 @@
+//! A report on a model: mobility, method, masses, operations; and what its start gives rise to.
+
+use std::fmt::{self, Write};
+
+use lamc::laminate::{Mechanism, excursions};
+use lamc::pipeline::Compiled;
+use lamc::program::Phase;
+use lamc::program::{Form, FunctionKind, Interpreter, Program};
+use lamc::topology::Topology;
+use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
+
+use crate::execution::Jit;
+use crate::linear::linear;
+use crate::simulation::{lost_fold, moves};
+
+/// Largest number of joints for which the equilibrium is computed. With more joints it takes longer
+/// than the rest of the report.
+const MOST_AT_REST: usize = 60;
+
+/// Returns the longest stable step of the classical Runge-Kutta method at the equilibrium, s;
+/// `None` if there is no equilibrium or nothing oscillates.
+fn longest_step(compiled: &Compiled) -> Option<f64> {
+    let system = Jit::new(&compiled.program);
+    let mut state = system.initial();
+    if state.q.len() > MOST_AT_REST {
+        return None;
+    }
+    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
+    let room = &mut system.workspace();
+    assemble(&system, 0.0, &mut state.q, &pinned, room).ok()?;
+    project(&system, 0.0, &mut state.q, &mut state.u, room).ok()?;
+    state.u.fill(0.0);
+    equilibrium(&system, 0.0, &mut state.q, room).ok()?;
+    let mut resting = Stopped::new(system);
+    resting.resolve_impacts(&mut state).ok()?;
+    linear(&resting, &state).ok()?.longest_rk4_step()
+}
+
+/// Warnings of the initial state: joints that do not start at the requested angle, hinges bent beyond their linear range.
+pub fn warnings(compiled: &Compiled) -> Vec<String> {
+    let system = Interpreter::new(&compiled.program);
+    let mut q = system.initial().q;
+    let pinned: Vec<bool> = (0..q.len()).map(|joint| system.is_pinned(joint)).collect();
+    // Commands that need a closed configuration report it if the model cannot be assembled.
+    let asked = q.clone();
+    if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_err() {
+        return Vec::new();
+    }
+    let mut warnings = moves(system.interface(), &pinned, &asked, &q);
+    warnings.extend(lost_fold(system.interface(), &pinned, &asked, &q));
+    let (parameters, inputs) = (system.parameters(), system.inputs());
+    let start = std::iter::once((0.0, q.as_slice()));
+    let beyond = excursions(&compiled.topology.mechanism, parameters, inputs, start);
+    warnings.extend(beyond.iter().map(ToString::to_string));
+    warnings
+}
+
+/// Mobility and loops, the method of the acceleration, masses, linear ranges, the longest stable step, and operations.
+pub fn report(compiled: &Compiled) -> String {
+    let mut text = format!("{}\n\n", compiled.topology.mechanism.name);
+    // Writing to a String cannot fail.
+    let _ = write_mobility(&mut text, &compiled.topology);
+    let _ = write_method(&mut text, compiled);
+    let _ = write_form(&mut text, &compiled.program);
+    let _ = write_bodies(&mut text, &compiled.topology.mechanism);
+    let _ = write_linear_ranges(&mut text, &compiled.topology.mechanism);
+    if let Some(step) = longest_step(compiled) {
+        let _ = writeln!(text, "\nlongest stable step of RK4 at rest: {step:.3e} s");
+    }
+    let _ = write_operations(&mut text, &compiled.program);
+    text
+}
+
+fn write_mobility(text: &mut String, topology: &Topology) -> fmt::Result {
+    let joints = &topology.mechanism.joints;
+    writeln!(
+        text,
+        "mobility {}: {} joints, {} independent closure equations",
+        topology.mobility,
+        joints.len(),
+        topology.rank
+    )?;
+    let driven = joints.iter().filter(|joint| joint.drive.is_some());
+    let driven: Vec<_> = driven.map(|joint| format!("`{}`", joint.name)).collect();
+    if !driven.is_empty() {
+        writeln!(text, "  driven: {}", driven.join(", "))?;
+    }
+    topology.summary_lines().into_iter().try_for_each(|line| writeln!(text, "  {line}"))
+}
+
+/// Writes which method the compiler chose for the accelerations: the one with the fewest operations of those
+/// that suit the loops.
+fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
+    let topology = &compiled.topology;
+    let acceleration = compiled.program.function_of(FunctionKind::Acceleration);
+    let has = |phase| acceleration.instructions.iter().any(|step| step.section.phase == phase);
+    match &topology.reduction {
+        Some(reduction) if has(Phase::IndependentAcceleration) => {
+            let joints = &topology.mechanism.joints;
+            let chosen = reduction.independent.iter().map(|joint| &joints[joint.index()].name);
+            let chosen: Vec<_> = chosen.map(|name| format!("`{name}`")).collect();
+            let rows: usize = topology.loops.iter().map(|closed| closed.rows.len()).sum();
+            let pivots = reduction.pivots.len();
+            writeln!(text, "acceleration: by independent speeds")?;
+            writeln!(text, "  independent: {}", chosen.join(", "))?;
+            writeln!(
+                text,
+                "  {pivots} of {rows} closure equations determine the other speeds; {} follow from them",
+                rows - pivots
+            )
+        }
+        _ if has(Phase::MassFactor) => {
+            writeln!(text, "acceleration: by a factor of the mass matrix")
+        }
+        _ if has(Phase::ArticulatedInertia) => {
+            writeln!(text, "acceleration: by articulated inertias, body by body")
+        }
+        _ => writeln!(text, "acceleration: solved by the runtime, without straight-line code"),
+    }
+}
+
+/// Writes in which form modules have their functions, where it is not straight-line code.
+fn write_form(text: &mut String, program: &Program) -> fmt::Result {
+    match program.form(FunctionKind::Acceleration) {
+        Form::StraightLine => Ok(()),
+        Form::Numbered => {
+            writeln!(text, "modules: tables; the acceleration is straight-line code")
+        }
+        Form::Tables => writeln!(text, "modules: tables"),
+    }
+}
+
+fn write_bodies(text: &mut String, mechanism: &Mechanism) -> fmt::Result {
+    let [body, mass, centre, moments] =
+        ["body", "mass g", "centre of mass mm", "principal moments g mm^2"];
+    writeln!(text, "\n{body:<16} {mass:>12} {centre:>34} {moments:>40}")?;
+    for body in &mechanism.bodies {
+        let properties = &body.mass_properties;
+        let [x, y, z] = (properties.com * 1e3).into();
+        let mut moments = properties.inertia.symmetric_eigenvalues() * 1e9;
+        moments.as_mut_slice().sort_by(f64::total_cmp);
+        let [a, b, c] = moments.into();
+        let mass = properties.mass * 1e3;
+        let name = format!("{}{}", body.name, if body.fixed { " (fixed)" } else { "" });
+        let size = mechanism.size * 1e3;
+        let centre = [x, y, z].map(|length| decimals(length, size, 4)).join(" ");
+        let moments = [a, b, c].map(|moment| decimals(moment, c, 4)).join(" ");
+        let mass = decimals(mass, mass, 5);
+        writeln!(text, "{name:<16} {mass:>12} {centre:>34} {moments:>40}")?;
+    }
+    Ok(())
+}
+
+/// Returns a number with this many decimals. If decimals do not suit numbers as large as `scale`, which is the
+/// largest of its kind, it is written with an exponent.
+fn decimals(value: f64, scale: f64, decimals: usize) -> String {
+    /// Scales at which decimals suit.
+    const PLAIN: std::ops::Range<f64> = 1e-2..1e6;
+    /// Numbers below this share of the scale are rounding errors.
+    const ROUNDING: f64 = 1e-12;
+    match PLAIN.contains(&scale.abs()) || scale == 0.0 {
+        true => format!("{value:.decimals$}"),
+        false if value.abs() < ROUNDING * scale.abs() => "0".to_owned(),
+        false => format!("{value:.3e}"),
+    }
+}
+
+/// Of the hinges that have one.
+fn write_linear_ranges(text: &mut String, mechanism: &Mechanism) -> fmt::Result {
+    let mut joints =
+        mechanism.joints.iter().filter(|joint| joint.linear_range.is_finite()).peekable();
+    if joints.peek().is_some() {
+        writeln!(text, "\n{:<16} {:>22}", "hinge", "linear within deg")?;
+    }
+    joints.try_for_each(|joint| {
+        writeln!(text, "{:<16} {:>22.3}", joint.name, joint.linear_range.to_degrees())
+    })
+}
+
+fn write_operations(text: &mut String, program: &Program) -> fmt::Result {
+    writeln!(text, "\noperations per evaluation")?;
+    for function in &program.functions {
+        writeln!(text, "  {:<12} {}", function.kind.name(), function.cost())?;
+    }
+    let acceleration = program.function_of(FunctionKind::Acceleration);
+    if !acceleration.outputs.is_empty() {
+        writeln!(text, "\noperations of the acceleration")?;
+    }
+    for (subject, cost) in acceleration.costs() {
+        writeln!(text, "  {:<16} {cost}", subject.name(&program.interface.nodes))?;
+    }
+    Ok(())
+}
