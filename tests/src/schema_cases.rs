@@ -324,7 +324,11 @@ pub fn wrong_models() -> Vec<Case> {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let is_model = path.extension().is_some_and(|extension| extension == "yaml");
         // JSON has no infinity; files of popupCAD and plans of sweeps have another schema.
-        if !is_model || name.ends_with(".plan") || name == "not_finite" || name.starts_with("popupcad") {
+        if !is_model
+            || name.ends_with(".plan")
+            || name == "not_finite"
+            || name.starts_with("popupcad")
+        {
             continue;
         }
         let snapshot = fs::read_to_string(path.with_extension("stderr")).unwrap();
