@@ -65,6 +65,7 @@ fn quantities() -> Quantities {
         target,
         value,
         dimension: None,
+        has_effect: true,
     };
     Quantities(vec![
         quantity("k", Target::Parameter(0), 0.01),

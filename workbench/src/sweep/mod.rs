@@ -19,7 +19,6 @@ pub use design::{Design, MOST_SOBOL};
 pub use plan::{Plan, Quantities};
 pub use store::{Opened, Store, StoreError};
 
-use std::fmt::Write as _;
 use std::io;
 use std::ops::Range;
 use std::sync::Arc;
@@ -123,10 +122,7 @@ impl Sweep {
         digest.update(compiled.to_bytes());
         digest.update(format!("{:?}{:?}{guess:?}", system.parameters(), system.inputs()));
         digest.update(format!("{plan:?}{runs:?}"));
-        let fingerprint = digest.finalize().iter().fold(String::new(), |mut text, byte| {
-            let _ = write!(text, "{byte:02x}");
-            text
-        });
+        let fingerprint = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
         let design = Design::new(&plan);
         Ok(Self { compiled, guess, plan, text, design, columns: all, runs, fingerprint })
     }

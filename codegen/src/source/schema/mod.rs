@@ -252,7 +252,8 @@ impl Key {
     }
 }
 
-const fn key(
+/// Returns a key for numbers of any range.
+pub const fn key(
     name: &'static str,
     value: Value,
     presence: Presence,

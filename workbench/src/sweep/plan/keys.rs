@@ -1,7 +1,7 @@
 //! The keys of a plan, as data: one table for each kind of mapping, as those of the model file.
 
 use lamc::source::schema::{
-    FREQUENCY, Key, Kind, Mapping, NUMBER, Presence, Range, SHARE, TIME, Value,
+    FREQUENCY, Key, Kind, Mapping, NUMBER, Presence, Quantity, Range, SHARE, TIME, Value, key,
 };
 
 /// Every mapping, in the order of the reference.
@@ -210,19 +210,9 @@ pub static SAMPLES: Mapping = Mapping {
     choices: &[],
 };
 
-const fn key(
-    name: &'static str,
-    value: Value,
-    presence: Presence,
-    example: &'static str,
-    doc: &'static str,
-) -> Key {
-    Key { name, value, presence, range: Range::Any, example, doc }
-}
-
 const fn positive(
     name: &'static str,
-    quantity: &'static lamc::source::schema::Quantity,
+    quantity: &'static Quantity,
     default: &'static str,
     example: &'static str,
     doc: &'static str,

@@ -6,8 +6,11 @@ mod terms;
 
 pub use keys::MAPPINGS;
 
+use std::collections::HashSet;
+
 use lamc::pipeline::Compiled;
-use lamc::source::{AngleUnit, Diagnostics, Dimension, SourceFile};
+use lamc::program::{Op, Slot};
+use lamc::source::{AngleUnit, Diagnostics, Dimension, InputId, ParameterId, SourceFile};
 
 use crate::execution::Jit;
 use crate::simulation::{Method, Settings};
@@ -120,6 +123,8 @@ pub struct Quantity {
     pub value: f64,
     /// Its dimension, where it is known.
     pub dimension: Option<Dimension>,
+    /// Whether a motion can depend on it. It cannot on an input that a formula has replaced.
+    pub has_effect: bool,
 }
 
 /// What a quantity is, with its index in the model.
@@ -143,23 +148,29 @@ impl Quantities {
     pub fn of(compiled: &Compiled, system: &Jit, guess: &[(usize, f64)]) -> Self {
         let interface = &compiled.program.interface;
         let numbers = &compiled.numbers;
+        let steps = compiled.program.functions.iter().flat_map(|function| &function.instructions);
+        let slots: HashSet<Slot> = steps
+            .filter_map(|step| if let Op::Load(slot) = step.op { Some(slot) } else { None })
+            .collect();
         let mut all = Vec::new();
         let parameters = interface.parameters.iter().zip(system.parameters());
         for (index, (parameter, &value)) in parameters.enumerate() {
             let dimension = numbers.dimensions.get(&parameter.name).copied();
             let (name, target) = (parameter.name.clone(), Target::Parameter(index));
-            all.push(Quantity { name, target, value, dimension });
+            let has_effect = slots.contains(&Slot::Parameter(ParameterId(index)));
+            all.push(Quantity { name, target, value, dimension, has_effect });
         }
         for (index, (name, &value)) in interface.inputs.iter().zip(system.inputs()).enumerate() {
             let dimension = numbers.dimensions.get(name).copied();
             let (name, target) = (format!("input.{name}"), Target::Input(index));
-            all.push(Quantity { name, target, value, dimension });
+            let has_effect = slots.contains(&Slot::Input(InputId(index)));
+            all.push(Quantity { name, target, value, dimension, has_effect });
         }
         for (index, joint) in interface.joints.iter().enumerate().filter(|(_, it)| !it.driven) {
             let given = guess.iter().rev().find(|(joint, _)| *joint == index);
             let value = given.map_or(joint.initial_q, |(_, angle)| *angle);
             let (name, target) = (format!("initial.{}", joint.name), Target::Initial(index));
-            all.push(Quantity { name, target, value, dimension: None });
+            all.push(Quantity { name, target, value, dimension: None, has_effect: true });
         }
         Self(all)
     }

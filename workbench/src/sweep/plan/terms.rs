@@ -17,6 +17,13 @@ impl Reader<'_> {
     pub(super) fn quantity(&mut self, entry: &Entry) -> Option<Quantity> {
         let name = entry.key.value.as_str();
         if let Some(found) = self.quantities.iter().find(|it| it.name == name) {
+            if !found.has_effect {
+                let message = format!("nothing in the model depends on `{name}`");
+                let error = Diagnostic::error(codes::BAD_PLAN, entry.key.span, message);
+                self.found.push(error.hint(
+                    "remove it from the plan; an input that was replaced by a formula has no value any more",
+                ));
+            }
             return Some(found.clone());
         }
         let known: Vec<&str> = self.quantities.iter().map(|it| it.name.as_str()).collect();

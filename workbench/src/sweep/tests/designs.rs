@@ -13,6 +13,7 @@ fn plan(sampler: Sampler, quantities: &[&str], samples: u64, seed: u64) -> Plan 
             target: Target::Parameter(0),
             value: 1.0,
             dimension: None,
+            has_effect: true,
         },
         distribution: Distribution::Uniform([0.0, 1.0]),
     };

@@ -1,6 +1,8 @@
 //! Plans as they are read.
 
 use super::super::plan::{Distribution, Simulate, Target, Task};
+use lamc::source::SourceModel;
+
 use super::*;
 use crate::simulation::Method;
 
@@ -51,6 +53,23 @@ fn whole_numbers_are_written_in_every_way() {
             read(&format!("{{ vary: {{ k: {{ normal: 5% }} }}, samples: {{ count: {text} }} }}"));
         assert!(plan.is_err(), "{text}");
     }
+}
+
+#[test]
+fn an_input_that_a_formula_replaced_cannot_vary() {
+    let prescribe = |model: &mut SourceModel| model.prescribe("motor", "1e-4*sin(20*t)");
+    let text = file(ROD);
+    let model = pipeline::read(&text, prescribe).unwrap();
+    let derived = model.derive(|_, _| ()).unwrap();
+    let compiled = model.compiled(derived);
+    let quantities = Quantities::of(&compiled, &Jit::new(&compiled.program), &[]);
+    let plan = |text| Plan::read(&file(text), &quantities, AngleUnit::default());
+    let found = plan("{ grid: { input.motor: [0, 1e-4] } }").unwrap_err();
+    assert!(
+        found.0[0].message.contains("nothing in the model depends on `input.motor`"),
+        "{found}"
+    );
+    assert!(plan("{ grid: { k: [1e-3] } }").is_ok());
 }
 
 #[test]
