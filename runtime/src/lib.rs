@@ -100,6 +100,7 @@ mod decomposition;
 mod delegate;
 mod equilibrium;
 mod error;
+pub mod free_body;
 mod integrate;
 mod jacobian;
 #[cfg(feature = "simd")]
@@ -129,7 +130,7 @@ pub use error::Error;
 pub use integrate::{Dopri5, Integrator, Rk4, Rodas, SemiImplicitEuler, Stabilisation};
 pub use jacobian::{Change, JacobianMut, derivatives_along, jacobian};
 pub use linearization::{LinearizationMut, linearize};
-pub use mechanism::{Energy, Mechanism};
+pub use mechanism::{Energy, Mechanism, Momentum};
 pub use names::{Body, Input, Joint, Parameter, Point};
 pub use projection::{Projected, project};
 pub use scalar::{Arithmetic, Scalar};

@@ -22,6 +22,18 @@ pub struct Energy<S> {
     pub potential: S,
 }
 
+/// Momentum of all moving bodies together, in the base frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Momentum<S> {
+    /// Their centre of mass, m.
+    pub centre: [S; 3],
+    /// Linear momentum, kg m/s.
+    pub linear: [S; 3],
+    /// Angular momentum about that centre, kg m^2/s.
+    pub angular: [S; 3],
+}
+
 /// A mechanism: its sizes, its equations, and everything that the algorithms of this crate make of them.
 ///
 /// The compiler implements it for the type of a module, whose inherent methods are the same with arrays
@@ -165,6 +177,20 @@ pub trait Mechanism: Sized {
     ) -> Result<Energy<Self::Scalar>, Error> {
         let _ = (t, q, u);
         Err(Error::LeftOut { function: "energy" })
+    }
+
+    /// Centre of mass and momenta at a state. Provided: the module was written without this function.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::LeftOut`].
+    fn momentum(
+        &self,
+        q: &Self::Coordinates,
+        u: &Self::Speeds,
+    ) -> Result<Momentum<Self::Scalar>, Error> {
+        let _ = (q, u);
+        Err(Error::LeftOut { function: "momentum" })
     }
 
     /// The pose of each body. Provided: the module was written without this function.

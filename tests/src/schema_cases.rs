@@ -241,7 +241,7 @@ impl Cases {
     fn values(&mut self, mapping: &'static Mapping, key: &Key, what: &str) {
         self.add(format!("{what} without value"), with(mapping, key, Value::Null), false);
         let odd = match key.value {
-            Kind::Mapping(_) | Kind::Named(..) | Kind::PerJoint(_) | Kind::OneOf { .. } => {
+            Kind::Mapping(_) | Kind::Named(..) | Kind::Per(..) | Kind::OneOf { .. } => {
                 json!([1])
             }
             _ => json!({ "lenght": 1 }),

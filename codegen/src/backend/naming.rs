@@ -176,25 +176,21 @@ impl<'a> Naming<'a> {
 
     fn slot(&self, slot: Slot) -> String {
         let interface = &self.program.interface;
-        let joint = |id: crate::source::JointId| &interface.joints[id.index()].name;
+        let coordinate = |id| interface.coordinate_name(id).replace('.', "_");
+        let speed = |id| interface.speed_name(id).replace('.', "_");
         match slot {
             Slot::Time => "t".to_owned(),
-            Slot::Position(id) => format!("q_{}", joint(id)),
-            Slot::Rate(id) => format!("u_{}", joint(id)),
+            Slot::Position(id) => format!("q_{}", coordinate(id)),
+            Slot::Rate(id) => format!("u_{}", speed(id)),
             Slot::Parameter(id) => interface.parameters[id.index()].name.replace('.', "_"),
             Slot::Input(id) => interface.inputs[id.index()].clone(),
-            Slot::Acceleration(id) => format!("acceleration_{}", joint(id)),
+            Slot::Acceleration(id) => format!("acceleration_{}", speed(id)),
             Slot::Multiplier(row) => format!("lambda_{row}"),
-            Slot::Change(moving) => format!(
-                "d_{}",
-                self.slot(match moving {
-                    Moving::Time => Slot::Time,
-                    Moving::Position(id) => Slot::Position(id),
-                    Moving::Rate(id) => Slot::Rate(id),
-                    Moving::Parameter(id) => Slot::Parameter(id),
-                    Moving::Input(id) => Slot::Input(id),
-                })
-            ),
+            Slot::Change(Moving::Position(id)) => format!("d_q_{}", speed(id)),
+            Slot::Change(Moving::Time) => format!("d_{}", self.slot(Slot::Time)),
+            Slot::Change(Moving::Rate(id)) => format!("d_{}", self.slot(Slot::Rate(id))),
+            Slot::Change(Moving::Parameter(id)) => format!("d_{}", self.slot(Slot::Parameter(id))),
+            Slot::Change(Moving::Input(id)) => format!("d_{}", self.slot(Slot::Input(id))),
         }
     }
 }

@@ -23,7 +23,8 @@ use super::equations::Elimination;
 use super::inertia::{Inertias, SpatialInertia};
 use super::inverse::Given;
 use super::kinematics::Kinematics;
-use super::link::Link;
+use super::floating::{self, EliminatedBody};
+use super::link::{Freedom, Link};
 use super::loads::Loads;
 use super::vector::{Tensor, Vector, add, cross, dot, scale, sub, zero};
 use super::wrench::{Wrench, accumulate};
@@ -50,11 +51,17 @@ struct ArticulatedInertia {
     mass: Tensor,
 }
 
+/// The result of eliminating a node's speeds.
+enum Eliminated {
+    Hinge(EliminatedHinge),
+    Body(EliminatedBody),
+}
+
 /// The result of eliminating a node's hinge.
 struct EliminatedHinge {
     /// W: row x of (I, H) divided by D, without the first entry, which is 1.
     pivot_row: Wrench,
-    /// W about the parent's origin, in the parent's frame.
+    /// W about the parent's origin, in the parent's frame; zero if the parent is the ground.
     in_parent: Wrench,
     /// 1 / D.
     inverse_pivot: Expr,
@@ -70,52 +77,53 @@ impl ArticulatedBodies {
         closure: &Closure,
         given: &Given,
     ) -> Self {
-        let hinges = eliminated(binder, kinematics, inertias.minimal());
+        let eliminated = eliminated(binder, kinematics, inertias.minimal());
         let links = kinematics.links();
-        // Sorts values of the nodes by joint.
-        let sorted = |values: &[Expr]| {
-            let mut sorted = vec![Expr::zero(); values.len()];
-            for (link, value) in links.iter().zip(values) {
-                sorted[link.joint.index()] = value.clone();
+        let mut inverse_pivots = vec![Expr::zero(); binder.mechanism().speeds()];
+        let mut torques = inverse_pivots.clone();
+        for (link, eliminated) in links.iter().zip(&eliminated) {
+            let first = link.speeds().start;
+            match eliminated {
+                Eliminated::Hinge(hinge) => {
+                    inverse_pivots[first] = hinge.inverse_pivot.clone();
+                    let section = Section::body(link.node, Phase::JointTorque);
+                    let name = format!("joint_torque_{}", binder.speed_name(first));
+                    torques[first] = binder.bind(section, name, loads.torque(link.node).clone());
+                }
+                Eliminated::Body(body) => {
+                    for (row, inverse) in body.inverse_pivots.iter().enumerate() {
+                        inverse_pivots[first + floating::place(row)] = inverse.clone();
+                    }
+                }
             }
-            sorted
-        };
-        let pivots: Vec<Expr> = hinges.iter().map(|hinge| hinge.inverse_pivot.clone()).collect();
-        let torques = links
-            .iter()
-            .map(|link| {
-                let section = Section::body(link.node, Phase::JointTorque);
-                let name = format!("joint_torque_{}", binder.joint_name(link.node));
-                binder.bind(section, name, loads.torque(link.node).clone())
-            })
-            .collect();
+        }
         let bias = loads.bias().iter().cloned().map(Some).collect();
         let sweep = Sweep {
             kinematics,
-            hinges: &hinges,
+            eliminated: &eliminated,
             phase: Phase::ArticulatedBiasForce,
             load: "articulated_bias".to_owned(),
             reduced: "reduced_torque".to_owned(),
         };
-        let reduced = sorted(&sweep.run(binder, torques, bias));
+        let reduced = sweep.run(binder, torques, bias);
         let mut reduced_rows = Vec::new();
         for (number, row) in closure.rows().iter().enumerate() {
             let sweep = Sweep {
                 kinematics,
-                hinges: &hinges,
+                eliminated: &eliminated,
                 phase: Phase::ReducedClosureJacobian,
                 load: format!("row{number}"),
                 reduced: format!("reduced_jacobian_{number}"),
             };
-            let torques = vec![Expr::zero(); hinges.len()];
+            let torques = vec![Expr::zero(); inverse_pivots.len()];
             let (torques, loads) = match kinematics.closed(row.closed).is_in_tree {
                 true => (torques, row_loads(binder, kinematics, row, number)),
-                false => row_torques(kinematics, closure, number),
+                false => row_torques(kinematics, closure, number, torques.len()),
             };
-            reduced_rows.extend(sorted(&sweep.run(binder, torques, loads)));
+            reduced_rows.extend(sweep.run(binder, torques, loads));
         }
-        let accelerations = sorted(&substituted(binder, kinematics, &hinges, given));
-        Self { inverse_pivots: sorted(&pivots), reduced, reduced_rows, accelerations }
+        let accelerations = substituted(binder, kinematics, &eliminated, given);
+        Self { inverse_pivots, reduced, reduced_rows, accelerations }
     }
 }
 
@@ -179,18 +187,24 @@ impl ArticulatedInertia {
     }
 }
 
-/// Eliminates every hinge, from the leaves to the root.
+/// Eliminates the speeds of every node, from the leaves to the root.
 fn eliminated(
     binder: &mut Binder,
     kinematics: &Kinematics,
     inertias: &[SpatialInertia],
-) -> Vec<EliminatedHinge> {
+) -> Vec<Eliminated> {
     let phase = Phase::ArticulatedInertia;
     let mut bodies: Vec<_> = inertias.iter().map(ArticulatedInertia::of).collect();
-    let mut hinges = Vec::with_capacity(bodies.len());
+    let mut eliminated = Vec::with_capacity(bodies.len());
     for link in kinematics.links().iter().rev() {
         let node = link.node;
         let body = bodies[node.index()].clone().bound(binder, node, "articulated");
+        if let Freedom::Free(_) = &link.freedom {
+            let ArticulatedInertia { inertia, coupling, mass } = &body;
+            let body = EliminatedBody::new(binder, node, inertia, coupling, mass);
+            eliminated.push(Eliminated::Body(body));
+            continue;
+        }
         let [pivot, y, z, ..] = body.inertia.clone();
         let inverse_pivot = binder.scalar(node, phase, "inverse_pivot", pivot.power(-1));
         let pivot_row = Wrench {
@@ -198,16 +212,17 @@ fn eliminated(
             moment: scale(&inverse_pivot, &[Expr::zero(), y, z]),
         };
         let pivot_row = binder.wrench(node, phase, "pivot_row", pivot_row);
-        let in_parent = link.carry_wrench(binder, phase, "pivot_row", &pivot_row);
-        let hinge = EliminatedHinge { pivot_row, in_parent, inverse_pivot };
+        let in_parent = Wrench::zero();
+        let mut hinge = EliminatedHinge { pivot_row, in_parent, inverse_pivot };
         if let Some(parent) = link.parent {
+            hinge.in_parent = link.carry_wrench(binder, phase, "pivot_row", &hinge.pivot_row);
             let carried = carried(binder, link, &body, &hinge);
             bodies[parent.index()] = bodies[parent.index()].plus(&carried);
         }
-        hinges.push(hinge);
+        eliminated.push(Eliminated::Hinge(hinge));
     }
-    hinges.reverse();
-    hinges
+    eliminated.reverse();
+    eliminated
 }
 
 /// Returns what a node with a free hinge contributes to its parent, about the parent's origin.
@@ -241,14 +256,14 @@ fn carried(
 /// intermediates that it binds.
 struct Sweep<'a> {
     kinematics: &'a Kinematics,
-    hinges: &'a [EliminatedHinge],
+    eliminated: &'a [Eliminated],
     phase: Phase,
     load: String,
     reduced: String,
 }
 
 impl Sweep<'_> {
-    /// Returns y by node, for torques of the hinges and loads on the nodes.
+    /// Returns y by speed, for torques by speed and loads by node.
     fn run(
         &self,
         binder: &mut Binder,
@@ -261,17 +276,30 @@ impl Sweep<'_> {
             let node = link.node;
             let Some(load) = loads[node.index()].take() else { continue };
             let load = binder.wrench(node, phase, &self.load, load);
+            let first = link.speeds().start;
             let [x, y, z] = load.moment;
-            let torque = reduced[node.index()].clone();
+            let hinge = match &self.eliminated[node.index()] {
+                Eliminated::Hinge(hinge) => hinge,
+                Eliminated::Body(body) => {
+                    let [fx, fy, fz] = load.force;
+                    let b = [x, y, z, fx, fy, fz];
+                    let values = body.reduce(binder, node, phase, &self.reduced, b);
+                    for (row, value) in values.into_iter().enumerate() {
+                        reduced[first + floating::place(row)] = value;
+                    }
+                    continue;
+                }
+            };
+            let torque = reduced[first].clone();
             let value = binder.scalar(node, phase, &self.reduced, &torque + &x);
             if let Some(parent) = link.parent {
                 // After the elimination, the moment along the hinge is the negative torque.
                 let load = Wrench { force: load.force, moment: [-&torque, y, z] };
                 let load = link.carry_wrench(binder, phase, &self.load, &load);
-                let carried = load.minus(&self.hinges[node.index()].in_parent.times(&value));
+                let carried = load.minus(&hinge.in_parent.times(&value));
                 accumulate(&mut loads[parent.index()], carried);
             }
-            reduced[node.index()] = value;
+            reduced[first] = value;
         }
         reduced
     }
@@ -306,33 +334,51 @@ fn row_loads(
     loads
 }
 
-/// Returns the torques by node of a closure force of 1 along a row of a loop of copies, and loads that
+/// Returns the torques by speed of a closure force of 1 along a row of a loop of copies, and loads that
 /// make the sweep begin at these nodes.
 fn row_torques(
     kinematics: &Kinematics,
     closure: &Closure,
     number: usize,
+    speeds: usize,
 ) -> (Vec<Expr>, Vec<Option<Wrench>>) {
-    let links = kinematics.links();
-    let row = &closure.jacobian[number * links.len()..][..links.len()];
-    let torques: Vec<Expr> = links.iter().map(|link| row[link.joint.index()].clone()).collect();
-    let begins = |torque: &Expr| (!torque.is_zero()).then(Wrench::zero);
-    let loads = torques.iter().map(begins).collect();
+    let torques = closure.jacobian[number * speeds..][..speeds].to_vec();
+    let begins = |link: &Link| {
+        let acts = link.speeds().any(|speed| !torques[speed].is_zero());
+        acts.then(Wrench::zero)
+    };
+    let loads = kinematics.links().iter().map(begins).collect();
     (torques, loads)
 }
 
-/// Returns du/dt by node, computed from the root to the leaves. The given accelerations are y / D.
+/// Returns du/dt, computed from the root to the leaves. The given accelerations are y / D.
 fn substituted(
     binder: &mut Binder,
     kinematics: &Kinematics,
-    hinges: &[EliminatedHinge],
+    eliminated: &[Eliminated],
     given: &Given,
 ) -> Vec<Expr> {
     let phase = Phase::JointAcceleration;
-    let mut accelerations = Vec::with_capacity(hinges.len());
-    let mut motions: Vec<[Vector; 2]> = Vec::with_capacity(hinges.len());
-    for (link, hinge) in kinematics.links().iter().zip(hinges) {
-        let node = link.node;
+    let given = given.accelerations();
+    let mut accelerations = vec![Expr::zero(); given.len()];
+    let mut motions: Vec<[Vector; 2]> = Vec::with_capacity(eliminated.len());
+    for (link, eliminated) in kinematics.links().iter().zip(eliminated) {
+        let (node, first) = (link.node, link.speeds().start);
+        let hinge = match (eliminated, &link.freedom) {
+            (Eliminated::Hinge(hinge), _) => hinge,
+            (Eliminated::Body(body), freedom) => {
+                let own = std::array::from_fn(|row| given[first + floating::place(row)].clone());
+                let [alpha, a] = body.substitute(binder, node, phase, own);
+                if let Freedom::Free(free) = freedom {
+                    let linear = free.acceleration_of_centre(&alpha, &a);
+                    for (k, value) in linear.iter().chain(&alpha).enumerate() {
+                        accelerations[first + k] = value.clone();
+                    }
+                }
+                motions.push([alpha, a]);
+                continue;
+            }
+        };
         let ([alpha, a], held) = match link.parent {
             None => ([zero(), zero()], Expr::zero()),
             Some(parent) => {
@@ -347,9 +393,8 @@ fn substituted(
             }
         };
         let [x, y, z] = alpha;
-        let own = given.acceleration(link.joint);
-        let [along] = binder.components(node, phase, "alpha", ["x"], [own - &held]);
-        accelerations.push(&along - &x);
+        let [along] = binder.components(node, phase, "alpha", ["x"], [&given[first] - &held]);
+        accelerations[first] = &along - &x;
         motions.push([[along, y, z], a]);
     }
     accelerations

@@ -10,7 +10,9 @@ use super::wrench::Wrench;
 use crate::laminate::Mechanism;
 use crate::program::{Fact, Phase, Section};
 use crate::source::codes::{self, Code};
-use crate::source::{Diagnostic, Diagnostics, InputId, JointId, ParameterId, Span};
+use crate::source::{
+    CoordinateId, Diagnostic, Diagnostics, InputId, JointId, ParameterId, Span, SpeedId,
+};
 use crate::symbolic::{Algebra, Expr, Tree};
 use crate::topology::{NodeId, Topology};
 
@@ -28,6 +30,8 @@ pub struct Binder<'a> {
     symbols: Symbols,
     /// Names of the nodes, by node.
     names: Vec<String>,
+    /// Names of the speeds.
+    speeds: Vec<String>,
     facts: Vec<Fact>,
     problems: Diagnostics,
 }
@@ -35,9 +39,9 @@ pub struct Binder<'a> {
 /// Symbols of the variables in the model's formulas.
 struct Symbols {
     time: Expr,
-    /// q, by joint.
+    /// q.
     coordinates: Vec<Expr>,
-    /// u, by joint.
+    /// u.
     speeds: Vec<Expr>,
     parameters: Vec<Expr>,
     inputs: Vec<Expr>,
@@ -47,11 +51,14 @@ impl<'a> Binder<'a> {
     /// Creates a binder without any bindings.
     pub fn new(topology: &'a Topology, algebra: &'a mut Algebra<Leaf, Label>) -> Self {
         let mechanism = &topology.mechanism;
-        let joints = || (0..mechanism.joints.len()).map(JointId);
         let symbols = Symbols {
             time: algebra.leaf(Leaf::Time),
-            coordinates: joints().map(|id| algebra.leaf(Leaf::Position(id))).collect(),
-            speeds: joints().map(|id| algebra.leaf(Leaf::Rate(id))).collect(),
+            coordinates: (0..mechanism.coordinates())
+                .map(|index| algebra.leaf(Leaf::Position(CoordinateId(index))))
+                .collect(),
+            speeds: (0..mechanism.speeds())
+                .map(|index| algebra.leaf(Leaf::Rate(SpeedId(index))))
+                .collect(),
             parameters: (0..mechanism.parameters.len())
                 .map(|index| algebra.leaf(Leaf::Parameter(ParameterId(index))))
                 .collect(),
@@ -59,12 +66,12 @@ impl<'a> Binder<'a> {
                 .map(|index| algebra.leaf(Leaf::Input(InputId(index))))
                 .collect(),
         };
-        let names = topology.node_names();
         Self {
             topology,
             algebra,
             symbols,
-            names,
+            names: topology.node_names(),
+            speeds: mechanism.speed_labels(),
             facts: Vec::new(),
             problems: Diagnostics::default(),
         }
@@ -85,10 +92,14 @@ impl<'a> Binder<'a> {
         (0..self.topology.nodes.len()).map(NodeId)
     }
 
-    /// Returns the name of a node's joint.
-    pub fn joint_name(&self, node: NodeId) -> &'a str {
-        let joint = self.topology.node(node).joint;
+    /// Returns the name of a joint.
+    pub fn joint_name(&self, joint: JointId) -> &'a str {
         &self.mechanism().joints[joint.index()].name
+    }
+
+    /// Returns a name of the speed at a place in u: `knee`, `hull_vx`.
+    pub fn speed_name(&self, speed: usize) -> &str {
+        &self.speeds[speed]
     }
 
     /// Returns the name of a node.
@@ -111,14 +122,14 @@ impl<'a> Binder<'a> {
         self.symbols.time.clone()
     }
 
-    /// Returns q of a joint, rad.
-    pub fn coordinate(&self, joint: JointId) -> Expr {
-        self.symbols.coordinates[joint.index()].clone()
+    /// Returns the coordinate at a place in q: that of a joint is the joint's.
+    pub fn coordinate(&self, place: usize) -> Expr {
+        self.symbols.coordinates[place].clone()
     }
 
-    /// Returns u = dq/dt of a joint, rad/s.
-    pub fn speed(&self, joint: JointId) -> Expr {
-        self.symbols.speeds[joint.index()].clone()
+    /// Returns the speed at a place in u: that of a joint is the joint's.
+    pub fn speed(&self, place: usize) -> Expr {
+        self.symbols.speeds[place].clone()
     }
 
     /// Returns a parameter of the model.
@@ -214,7 +225,7 @@ impl<'a> Binder<'a> {
             name: format!("{}_by_{suffix}", label.name),
             section: Section { phase: Phase::PartialVelocity, ..label.section },
         };
-        let u = self.speed(joint);
+        let u = self.speed(joint.index());
         self.algebra.derivative(value, &u, &label)
     }
 

@@ -17,7 +17,6 @@ use super::binder::Binder;
 use super::kinematics::{Kinematics, LoopKinematics, Side};
 use super::vector::{Vector, cross, dot, sub, zero};
 use super::wrench::Wrench;
-use crate::source::JointId;
 use crate::symbolic::Expr;
 use crate::topology::{Loop, LoopId, NodeId};
 
@@ -98,7 +97,7 @@ impl Closure {
         id: LoopId,
         closed: &Loop,
     ) {
-        let joints = binder.mechanism().joints.len();
+        let speeds = binder.mechanism().speeds();
         for (number, row) in closed.rows.iter().enumerate() {
             let point = &closed.points[row.point];
             let along = closed.frame.column(row.axis).into_owned();
@@ -114,13 +113,11 @@ impl Closure {
             let [velocity, gamma] = of(closed.ghost, &ghost);
             let [carried, bias] = of(closed.original, &original);
             let (velocity, gamma) = (&velocity - &carried, &gamma - &bias);
-            for joint in (0..joints).map(JointId) {
-                let entry = if closed.joints.contains(&joint) {
-                    binder.by_speed(&velocity, joint)
-                } else {
-                    Expr::zero()
-                };
-                let name = &binder.mechanism().joints[joint.index()].name;
+            for speed in 0..speeds {
+                let joint = closed.joints.iter().find(|joint| joint.index() == speed);
+                let entry = joint.map(|joint| binder.by_speed(&velocity, *joint));
+                let entry = entry.unwrap_or_else(Expr::zero);
+                let name = binder.speed_name(speed);
                 let name = format!("jacobian_loop{}_{number}_{name}", id.index());
                 let section = Section::closure(id, Phase::ClosureJacobian);
                 self.jacobian.push(binder.bind(section, name, entry));
@@ -151,11 +148,14 @@ impl Closure {
             let gap = sub(&ghost, &original);
             gaps.push(gap.clone());
             self.residual.extend(gap);
-            let mut columns = vec![zero(); binder.mechanism().joints.len()];
+            let mut columns = vec![zero(); binder.mechanism().speeds()];
             for ((side, sign), at) in sides.sides().into_iter().zip([ghost, original]) {
                 for (node, moved) in moved(binder, kinematics, id, side, &at, number) {
-                    let column = &mut columns[kinematics.link(node).joint.index()];
-                    *column = if sign < 0.0 { moved.map(|x| -&x) } else { moved };
+                    // The sides of a loop have hinges only.
+                    for speed in kinematics.link(node).speeds() {
+                        let moved = moved.clone();
+                        columns[speed] = if sign < 0.0 { moved.map(|x| -&x) } else { moved };
+                    }
                 }
             }
             for row in 0..3 {

@@ -16,6 +16,7 @@ use super::inverse::{Given, InverseDynamics};
 use super::kinematics::Kinematics;
 use super::loads::Loads;
 use super::mass::MassMatrix;
+use super::momentum::Momentum;
 use super::outputs::Outputs;
 use crate::source::Diagnostics;
 use crate::symbolic::{self, Algebra, SessionError};
@@ -56,6 +57,7 @@ fn equations(
     let forces = GeneralizedForces::new(b, &kinematics, &loads);
     let mass = MassMatrix::new(b, &kinematics, &inertias);
     let energy = Energy::new(b, &kinematics, &inertias, &loads);
+    let momentum = Momentum::new(b, &kinematics, &inertias);
     let closure = Closure::new(b, &kinematics);
     let outputs = Outputs::new(b, &kinematics);
     let given = Given::new(b, &closure);
@@ -97,6 +99,7 @@ fn equations(
         imbalance: b.trees(&inverse.imbalance),
         opening: b.trees(&inverse.opening),
         reactions: b.trees(&inverse.reactions),
+        momentum: b.trees(&momentum.components),
         kinetic_energy: b.tree(&energy.kinetic),
         potential_energy: b.tree(&energy.potential),
         bindings: b.bindings(),

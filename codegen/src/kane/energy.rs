@@ -70,12 +70,13 @@ fn springs(binder: &mut Binder, kinematics: &Kinematics, loads: &Loads) -> Expr 
     let half = binder.constant(0.5);
     let mut total = Expr::zero();
     for link in kinematics.links() {
-        let Spring { stiffness, cubic, bend } = loads.spring(link.node);
+        let (Some(spring), Some(joint)) = (loads.spring(link.node), link.joint()) else { continue };
+        let Spring { stiffness, cubic, bend } = spring;
         let quarter = if cubic.is_zero() { Expr::zero() } else { binder.constant(0.25) };
         let energy =
             &(&(&half * stiffness) * &(bend * bend)) + &(&(&quarter * cubic) * &bend.power(4));
         let section = Section::body(link.node, Phase::PotentialEnergy);
-        let name = format!("spring_energy_{}", binder.joint_name(link.node));
+        let name = format!("spring_energy_{}", binder.joint_name(joint));
         total = &total + &binder.bind(section, name, energy);
     }
     total

@@ -3,7 +3,7 @@
 use crate::laminate::Mechanism;
 use crate::program::{Fact, Section};
 use crate::source::ids::index;
-use crate::source::{InputId, JointId, ParameterId};
+use crate::source::{CoordinateId, InputId, ParameterId, SpeedId};
 use crate::symbolic::Tree;
 use crate::topology::Topology;
 
@@ -17,16 +17,16 @@ index!(
 pub enum Leaf {
     /// Time t, s.
     Time,
-    /// Coordinate q, rad.
-    Position(JointId),
-    /// Speed u = dq/dt, rad/s.
-    Rate(JointId),
+    /// Coordinate q: rad, of free bodies m and pure numbers.
+    Position(CoordinateId),
+    /// Speed u: rad/s, of free bodies m/s too.
+    Rate(SpeedId),
     /// A parameter.
     Parameter(ParameterId),
     /// An input.
     Input(InputId),
-    /// Given du/dt, rad/s^2.
-    Acceleration(JointId),
+    /// Given du/dt: rad/s^2, of free bodies m/s^2 too.
+    Acceleration(SpeedId),
     /// Given closure force lambda of a row, N.
     Multiplier(usize),
     /// An intermediate bound earlier.
@@ -46,7 +46,7 @@ pub struct Binding {
 
 /// The equations of motion of one mechanism.
 ///
-/// Shapes: N joints, C acceleration rows (sum of [`Loop::rows`](crate::topology::Loop::rows)),
+/// Shapes: N speeds, J joints, C acceleration rows (sum of [`Loop::rows`](crate::topology::Loop::rows)),
 /// L loops, B bodies, P points. Matrices are row-major.
 #[derive(Clone, Debug)]
 pub struct Equations {
@@ -92,8 +92,11 @@ pub struct Equations {
     /// gamma + J du/dt at given du/dt, C, m/s^2.
     pub opening: Vec<Tree<Leaf>>,
     /// Force (N) and moment (N m) that the hinge of each joint transmits at given du/dt and lambda,
-    /// N x 6.
+    /// J x 6.
     pub reactions: Vec<Tree<Leaf>>,
+    /// Centre of mass (m), linear momentum (kg m/s) and angular momentum about that centre (kg m^2/s) of all
+    /// moving bodies, 9.
+    pub momentum: Vec<Tree<Leaf>>,
     /// Kinetic energy, J.
     pub kinetic_energy: Tree<Leaf>,
     /// Potential energy of gravity and springs, J.

@@ -12,7 +12,7 @@
 //! Wrenches are summed from the leaves to the root.
 
 use super::binder::Binder;
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, PartialVelocity};
 use super::loads::Loads;
 use super::vector::dot;
 use super::wrench::Wrench;
@@ -31,13 +31,14 @@ impl GeneralizedForces {
     pub fn new(binder: &mut Binder, kinematics: &Kinematics, loads: &Loads) -> Self {
         let phase = Phase::GeneralizedForce;
         let sums = gathered(binder, kinematics, phase, "subtree", loads.bias().to_vec());
-        let mut forcing = vec![Expr::zero(); sums.len()];
+        let mut forcing = vec![Expr::zero(); binder.mechanism().speeds()];
         for (link, sum) in kinematics.links().iter().zip(&sums) {
-            let name = format!("generalized_force_{}", binder.joint_name(link.node));
-            let force = along_hinge(kinematics, link.node, sum);
-            let force = &force + loads.torque(link.node);
-            let section = Section::body(link.node, phase);
-            forcing[link.joint.index()] = binder.bind(section, name, force);
+            for (speed, force) in along_speeds(kinematics, link.node, sum) {
+                let name = format!("generalized_force_{}", binder.speed_name(speed));
+                let force = &force + loads.torque(link.node);
+                let section = Section::body(link.node, phase);
+                forcing[speed] = binder.bind(section, name, force);
+            }
         }
         Self { forcing }
     }
@@ -64,8 +65,12 @@ pub fn gathered(
     wrenches
 }
 
-/// Returns the generalized force of a wrench on a node along the node's hinge: dw/du . n + dv/du . f.
-pub fn along_hinge(kinematics: &Kinematics, node: NodeId, wrench: &Wrench) -> Expr {
-    let partial = kinematics.partial(node);
-    &dot(&partial.omega, &wrench.moment) + &dot(&partial.velocity, &wrench.force)
+/// Returns the generalized forces of a wrench on a node for each of the node's own speeds, with their places in
+/// u: dw/du . n + dv/du . f.
+pub fn along_speeds(kinematics: &Kinematics, node: NodeId, wrench: &Wrench) -> Vec<(usize, Expr)> {
+    let along = |(speed, partial): (usize, &PartialVelocity)| {
+        let moment = dot(&partial.omega, &wrench.moment);
+        (speed, &moment + &dot(&partial.velocity, &wrench.force))
+    };
+    kinematics.partial(node).map(along).collect()
 }

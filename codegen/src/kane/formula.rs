@@ -23,8 +23,8 @@ impl Binder<'_> {
             Expression::Parameter(id) => self.parameter(*id),
             Expression::Input(id) => self.input(*id),
             Expression::Time => self.time(),
-            Expression::Position(id) => self.coordinate(*id),
-            Expression::Rate(id) => self.speed(*id),
+            Expression::Position(id) => self.coordinate(id.index()),
+            Expression::Rate(id) => self.speed(id.index()),
             Expression::Unary(function, x) => {
                 let x = self.formula(x, what, span);
                 if let Some(x) = self.value(&x) {

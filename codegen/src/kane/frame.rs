@@ -1,4 +1,5 @@
-//! Frames of the nodes, which are aligned with the hinges and have their origins on the hinge lines.
+//! Frames of the nodes, which are aligned with the hinges and have their origins on the hinge lines. Those of
+//! free bodies are aligned with the drawing.
 //!
 //! The x axis of a node's frame lies along its hinge. The z axis points along the base frame's z in the
 //! flat state, so the rotation from parent to node is a constant turn about z (the drawing is flat) and
@@ -8,6 +9,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::laminate::Joint;
+use crate::source::JointId;
 use crate::topology::{LoopClass, Node, NodeId, Topology};
 
 /// Largest distance of an origin from the drawing, in sizes of the mechanism. A more distant origin
@@ -60,11 +62,15 @@ impl Frames {
     pub fn new(topology: &Topology) -> Self {
         let mut frames: Vec<Frame> = Vec::new();
         for (index, node) in topology.all_nodes().enumerate() {
-            let hinge = joint(topology, node);
+            let Some(hinge) = joint(topology, node) else {
+                let origin = origin_of_free(topology, node);
+                frames.push(Frame { origin, ..Frame::base() });
+                continue;
+            };
             let x = hinge.direction * node.sense;
             let z = Vector3::z();
             let axes = Matrix3::from_columns(&[x, z.cross(&x), z]);
-            let origin = origin(topology, &frames, NodeId(index));
+            let origin = origin(topology, &frames, NodeId(index), hinge);
             frames.push(Frame { axes, origin });
         }
         Self(frames)
@@ -89,14 +95,27 @@ impl Frames {
     }
 }
 
-fn joint<'a>(topology: &'a Topology, node: &Node) -> &'a Joint {
-    &topology.mechanism.joints[node.joint.index()]
+fn joint<'a>(topology: &'a Topology, node: &Node) -> Option<&'a Joint> {
+    Some(&topology.mechanism.joints[node.joint()?.index()])
+}
+
+/// Returns the origin of a free body's frame: where hinges of a loop through it meet, which makes most offsets
+/// zero, or its centre of mass.
+fn origin_of_free(topology: &Topology, node: &Node) -> Vector3<f64> {
+    let mechanism = &topology.mechanism;
+    let com = mechanism.bodies[node.body.index()].mass_properties.com;
+    let is_near = |centre: &Vector3<f64>| (centre - com).norm() <= FARTHEST_ORIGIN * mechanism.size;
+    let touches = |joint: &JointId| mechanism.joints[joint.index()].bodies.contains(&node.body);
+    let centres = topology.loops.iter().filter_map(|closed| match closed.class {
+        LoopClass::Spherical { centre } if closed.joints.iter().any(touches) => Some(centre),
+        _ => None,
+    });
+    centres.into_iter().find(|centre| is_near(centre)).unwrap_or(com)
 }
 
 /// Returns the point of a node's hinge line that makes most components of the offsets zero.
-fn origin(topology: &Topology, placed: &[Frame], id: NodeId) -> Vector3<f64> {
+fn origin(topology: &Topology, placed: &[Frame], id: NodeId, hinge: &Joint) -> Vector3<f64> {
     let node = topology.node(id);
-    let hinge = joint(topology, node);
     let loops = match node.ghost {
         Some(own) if id.index() >= topology.nodes.len() => {
             std::slice::from_ref(&topology.loops[own.index()])
@@ -110,14 +129,16 @@ fn origin(topology: &Topology, placed: &[Frame], id: NodeId) -> Vector3<f64> {
     for closed in loops {
         if let LoopClass::Spherical { centre } = closed.class {
             let miss = (on_line(&centre) - centre).norm();
-            if closed.joints.contains(&node.joint) && miss <= ROUNDING * 10.0 * size {
+            if closed.joints.iter().any(|joint| node.joint() == Some(*joint)) && miss <= ROUNDING * 10.0 * size {
                 return centre;
             }
         }
     }
     let neighbour = match node.parent {
-        Some(parent) => Some(joint(topology, topology.node(parent))),
-        None => topology.all_nodes().find(|n| n.parent == Some(id)).map(|n| joint(topology, n)),
+        Some(parent) => joint(topology, topology.node(parent)),
+        None => {
+            topology.all_nodes().find(|n| n.parent == Some(id)).and_then(|n| joint(topology, n))
+        }
     };
     let crossing = neighbour.and_then(|other| crossing(hinge, other));
     match (crossing, node.parent) {

@@ -17,7 +17,7 @@ use super::frame::Frames;
 use super::vector::{Tensor, Vector, add, apply, cross, scale};
 use super::wrench::Wrench;
 use crate::symbolic::Expr;
-use crate::topology::{Node, NodeId};
+use crate::topology::{Connection, Node, NodeId};
 
 /// Moments below this, relative to the largest, are rounding errors of the drawing.
 const ROUNDING: f64 = 1e-14;
@@ -157,7 +157,11 @@ fn moments(binder: &Binder, frames: &Frames, id: NodeId, share: impl Fn(&Node) -
 fn minimal(binder: &Binder, frames: &Frames, mut moments: Vec<Moments>) -> Vec<Moments> {
     let size = binder.mechanism().size;
     for node in binder.nodes().rev() {
-        let parent = binder.topology().nodes[node.index()].parent;
+        let Node { parent, connection, .. } = binder.topology().nodes[node.index()];
+        // No line of a free body's mass stays at rest.
+        if matches!(connection, Connection::Free(_)) {
+            continue;
+        }
         // Nothing is passed on from or to a node whose mass scales with a parameter.
         let mut ends = [Some(node), parent].into_iter().flatten();
         if ends.any(|node| has_tunable_mass(binder, node)) {

@@ -18,21 +18,21 @@ use std::collections::BTreeMap;
 use super::binder::Binder;
 use super::closure::Closure;
 use super::equations::Leaf;
-use super::forces::{along_hinge, gathered};
+use super::forces::{along_speeds, gathered};
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::{Kinematics, Subtree};
-use super::link::Link;
+use super::link::{Hinge, Link};
 use super::loads::{Loads, WrenchNames};
 use super::motion::Motion;
 use super::vector::{Vector, cross, dot, sub};
 use super::wrench::Wrench;
-use crate::source::JointId;
+use crate::source::SpeedId;
 use crate::symbolic::Expr;
 use crate::topology::{LoopId, NodeId};
 
 /// Given du/dt and lambda, as symbols.
 pub struct Given {
-    /// Given du/dt by joint, rad/s^2.
+    /// Given du/dt.
     accelerations: Vec<Expr>,
     /// Given lambda by row of the closure, N.
     multipliers: Vec<Expr>,
@@ -41,22 +41,22 @@ pub struct Given {
 impl Given {
     /// Creates the symbols.
     pub fn new(binder: &mut Binder, closure: &Closure) -> Self {
-        let joints = (0..binder.mechanism().joints.len()).map(JointId);
+        let speeds = (0..binder.mechanism().speeds()).map(SpeedId);
         let rows = 0..closure.rows().len();
         Self {
-            accelerations: joints.map(|id| binder.given(Leaf::Acceleration(id))).collect(),
+            accelerations: speeds.map(|id| binder.given(Leaf::Acceleration(id))).collect(),
             multipliers: rows.map(|row| binder.given(Leaf::Multiplier(row))).collect(),
         }
     }
 
-    /// Takes du/dt by joint, rad/s^2; closure forces are zero.
+    /// Takes du/dt; closure forces are zero.
     pub fn of(accelerations: Vec<Expr>) -> Self {
         Self { accelerations, multipliers: Vec::new() }
     }
 
-    /// Returns the given du/dt of a joint.
-    pub fn acceleration(&self, joint: JointId) -> &Expr {
-        &self.accelerations[joint.index()]
+    /// Returns the given du/dt.
+    pub fn accelerations(&self) -> &[Expr] {
+        &self.accelerations
     }
 }
 
@@ -89,27 +89,29 @@ impl InverseDynamics {
         let balance = beyond(inertias.minimal(), "balance");
         let transmitted = beyond(inertias.whole(), "transmitted");
         let closing = closing_wrenches(binder, kinematics, closure, given);
-        let n = balance.len();
-        let mut imbalance = vec![Expr::zero(); n];
-        let mut reactions = vec![Expr::zero(); 6 * n];
+        let mut imbalance = vec![Expr::zero(); binder.mechanism().speeds()];
+        let mut reactions = vec![Expr::zero(); 6 * binder.mechanism().joints.len()];
         for link in kinematics.links() {
-            let (index, joint) = (link.node.index(), link.joint.index());
+            let index = link.node.index();
             let sum = balance[index].plus(&closing[index]);
-            let along = along_hinge(kinematics, link.node, &sum);
-            let name = format!("imbalance_{}", binder.joint_name(link.node));
-            let section = Section::body(link.node, Phase::InverseDynamics);
-            let value = &along + loads.torque(link.node);
-            imbalance[joint] = binder.bind(section, name, value);
+            for (speed, along) in along_speeds(kinematics, link.node, &sum) {
+                let name = format!("imbalance_{}", binder.speed_name(speed));
+                let section = Section::body(link.node, Phase::InverseDynamics);
+                let value = &along + loads.torque(link.node);
+                imbalance[speed] = binder.bind(section, name, value);
+            }
+            let Some(hinge) = link.hinge() else { continue };
             let sum = transmitted[index].plus(&closing[index]);
-            for (k, component) in reaction(binder, link, &sum).into_iter().enumerate() {
-                reactions[6 * joint + k] = component;
+            for (k, component) in reaction(binder, link, hinge, &sum).into_iter().enumerate() {
+                reactions[6 * hinge.joint.index() + k] = component;
             }
         }
         // A closure force along copies in a loop acts on the hinges between them.
         for link in kinematics.copies() {
-            let (wrench, joint) = (&closing[link.node.index()], link.joint.index());
+            let Some(hinge) = link.hinge() else { continue };
+            let (wrench, joint) = (&closing[link.node.index()], hinge.joint.index());
             imbalance[joint] = &imbalance[joint] + &wrench.moment[0];
-            for (k, component) in reaction(binder, link, wrench).into_iter().enumerate() {
+            for (k, component) in reaction(binder, link, hinge, wrench).into_iter().enumerate() {
                 let sum = &mut reactions[6 * joint + k];
                 *sum = &*sum + &component;
             }
@@ -181,8 +183,7 @@ fn on_subtree(
     for (node, motion) in subtree.motions() {
         let link = kinematics.link(node);
         let parent = link.parent.and_then(|parent| motions.get(&parent)).unwrap_or(&rest);
-        let rate = given.acceleration(link.joint).clone();
-        let motion = motion.at_given(binder, link, parent, rate);
+        let motion = motion.at_given(binder, link, parent, given.accelerations());
         motions.insert(node, motion);
     }
     motions
@@ -222,8 +223,8 @@ fn closing_wrenches(
 /// Returns the force and the moment about the hinge's first drawn point that `bodies[0]` exerts on
 /// `bodies[1]`, in the joint's frame: x along the hinge, z normal to the sheet when flat, fixed to
 /// `bodies[1]`.
-fn reaction(binder: &mut Binder, link: &Link, beyond: &Wrench) -> [Expr; 6] {
-    let joint = &binder.mechanism().joints[link.joint.index()];
+fn reaction(binder: &mut Binder, link: &Link, hinge: &Hinge, beyond: &Wrench) -> [Expr; 6] {
+    let joint = &binder.mechanism().joints[hinge.joint.index()];
     let arm = link.point(binder, "hinge_point", &joint.point);
     let moment = sub(&beyond.moment, &cross(&arm, &beyond.force));
     let backwards = binder.topology().node(link.node).sense < 0.0;
@@ -233,7 +234,7 @@ fn reaction(binder: &mut Binder, link: &Link, beyond: &Wrench) -> [Expr; 6] {
         }
         // The parent is `bodies[1]`, x points the other way, and the wrench on the node is the opposite
         // of the wrench on its parent.
-        let [y, z] = link.joint_turn.forth(y, z);
+        let [y, z] = hinge.joint_turn.forth(y, z);
         [-x, -&y, z]
     };
     let [fx, fy, fz] = turned(&beyond.force);

@@ -6,11 +6,14 @@ use std::collections::BTreeMap;
 
 use super::binder::Binder;
 use super::frame::{Frame, Frames};
-use super::link::{Link, links};
+use super::free::Free;
+use super::link::{Freedom, Link, links};
 use super::motion::Motion;
 use super::placement::Placement;
-use super::vector::Vector;
+use super::vector::{Vector, zero};
 use crate::source::BodyId;
+use crate::source::free::SPEEDS;
+use crate::symbolic::Expr;
 use crate::topology::{Loop, LoopId, Node, NodeId, Topology};
 
 /// The kinematics of the tree and of the loops.
@@ -22,8 +25,8 @@ pub struct Kinematics {
     /// The subtree relative to the ground first, then the subtrees that loops need relative to other
     /// nodes.
     subtrees: Vec<Subtree>,
-    /// Partial velocities, by node.
-    partial: Vec<PartialVelocity>,
+    /// Partial velocities by the node's own speeds, by node.
+    partial: Vec<Vec<PartialVelocity>>,
     loops: Vec<LoopKinematics>,
 }
 
@@ -52,7 +55,7 @@ pub struct Relative {
     pub motion: Motion,
 }
 
-/// Partial velocities dw/du and dv/du of a node by the speed of its own joint.
+/// Partial velocities dw/du and dv/du of a node by one of its own speeds.
 pub struct PartialVelocity {
     pub omega: Vector,
     pub velocity: Vector,
@@ -90,6 +93,22 @@ impl Relative {
             motion: Motion::new(binder, link, &parent.motion),
             placement: Placement::new(binder, link, &parent.placement),
         }
+    }
+}
+
+impl PartialVelocity {
+    /// Returns those of a free body: by the velocity of its centre of mass, and by its angular velocity.
+    fn of_free(free: &Free) -> [Self; SPEEDS] {
+        let unit = |k: usize| -> Vector {
+            std::array::from_fn(|i| if i == k { Expr::one() } else { Expr::zero() })
+        };
+        std::array::from_fn(|k| {
+            let (velocity, omega) = match k {
+                0..3 => (unit(k), zero()),
+                _ => (zero(), unit(k - 3)),
+            };
+            Self { velocity: free.velocity_of_origin(&velocity, &omega), omega }
+        })
     }
 }
 
@@ -133,9 +152,12 @@ impl Kinematics {
         let partial = ground
             .motions()
             .zip(&links)
-            .map(|((_, motion), link)| PartialVelocity {
-                omega: motion.omega.each_ref().map(|x| binder.by_speed(x, link.joint)),
-                velocity: motion.velocity.each_ref().map(|x| binder.by_speed(x, link.joint)),
+            .map(|((_, motion), link)| match &link.freedom {
+                Freedom::Hinge(hinge) => vec![PartialVelocity {
+                    omega: motion.omega.each_ref().map(|x| binder.by_speed(x, hinge.joint)),
+                    velocity: motion.velocity.each_ref().map(|x| binder.by_speed(x, hinge.joint)),
+                }],
+                Freedom::Free(free) => PartialVelocity::of_free(free).into(),
             })
             .collect();
         let subtrees = vec![ground];
@@ -203,9 +225,9 @@ impl Kinematics {
         relative.cloned().unwrap_or_else(Relative::identity)
     }
 
-    /// Returns a node's partial velocities by the speed of its own joint.
-    pub fn partial(&self, node: NodeId) -> &PartialVelocity {
-        &self.partial[node.index()]
+    /// Returns a node's partial velocities by its own speeds, with their places in u.
+    pub fn partial(&self, node: NodeId) -> impl Iterator<Item = (usize, &PartialVelocity)> {
+        self.link(node).speeds().zip(&self.partial[node.index()])
     }
 
     /// Returns the sides of a loop.

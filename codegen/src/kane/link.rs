@@ -10,16 +10,19 @@
 
 use crate::program::{Phase, Quantity, Section};
 use nalgebra::Vector3;
+use std::ops::Range;
 
 use super::binder::Binder;
 use super::facts::AXES;
 use super::frame::{Frame, Frames};
+use super::free::Free;
 use super::turn::Turn;
-use super::vector::{Vector, add, cross};
+use super::vector::{Vector, add, cross, zero};
 use super::wrench::Wrench;
 use crate::source::JointId;
+use crate::source::free::SPEEDS;
 use crate::symbolic::{Expr, Function};
-use crate::topology::{Node, NodeId};
+use crate::topology::{Connection, NodeId};
 
 const OFFSET: Quantity = Quantity::new("offset", "origin of its frame in its parent's frame, m");
 
@@ -28,62 +31,109 @@ const HINGE: Quantity = Quantity::new(
     "cosine and sine of the angle about z from its parent's x axis to its hinge line",
 );
 
-/// A node, or a copy in a loop, with its hinge.
+/// A node, or a copy in a loop, with what connects it with its parent.
 pub struct Link {
     pub node: NodeId,
     /// The parent node, or `None` for the ground and for the body at which the sides of a loop meet.
     pub parent: Option<NodeId>,
-    pub joint: JointId,
     /// The node's frame in the flat state.
     pub frame: Frame,
-    /// r: position of the node's origin in its parent's frame, m.
+    /// r: position of the node's origin in its parent's frame, m. Zero for a free body.
     pub offset: Vector,
+    /// How the node moves relative to its parent.
+    pub freedom: Freedom,
+}
+
+/// How a node moves relative to its parent.
+pub enum Freedom {
+    /// About a hinge.
+    Hinge(Hinge),
+    /// In all directions, relative to the ground.
+    Free(Free),
+}
+
+/// A hinge.
+#[derive(Clone)]
+pub struct Hinge {
+    pub joint: JointId,
     /// u of the joint, rad/s.
     pub speed: Expr,
     /// Turn about z, from the parent's x axis to the hinge line.
-    pub hinge_turn: Turn,
+    pub line_turn: Turn,
     /// Turn about x, by q.
     pub joint_turn: Turn,
+}
+
+impl Link {
+    /// Returns the hinge; a free body has none.
+    pub fn hinge(&self) -> Option<&Hinge> {
+        match &self.freedom {
+            Freedom::Hinge(hinge) => Some(hinge),
+            Freedom::Free(_) => None,
+        }
+    }
+
+    /// Returns the joint; a free body has none.
+    pub fn joint(&self) -> Option<JointId> {
+        self.hinge().map(|hinge| hinge.joint)
+    }
+
+    /// Returns the places of its speeds in u.
+    pub fn speeds(&self) -> Range<usize> {
+        match &self.freedom {
+            Freedom::Hinge(hinge) => hinge.joint.index()..hinge.joint.index() + 1,
+            Freedom::Free(free) => free.first..free.first + SPEEDS,
+        }
+    }
+
+    /// Returns the turns about the line and the joint of a node with a parent or a copy.
+    pub fn turns(&self) -> (&Turn, &Turn) {
+        match &self.freedom {
+            Freedom::Hinge(hinge) => (&hinge.line_turn, &hinge.joint_turn),
+            Freedom::Free(_) => unreachable!("nothing is carried beyond a free body"),
+        }
+    }
 }
 
 /// Returns the links of all nodes of the tree, then those of the copies in loops.
 pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
     let topology = binder.topology();
-    let mut turns: Vec<Option<Turn>> = vec![None; topology.nodes.len()];
+    let mut turns: Vec<Option<Turn>> = vec![None; topology.mechanism.joints.len()];
     for node in binder.nodes() {
-        let joint = topology.node(node).joint;
-        turns[joint.index()] = Some(joint_turn(binder, node));
+        if let Some(joint) = topology.node(node).joint() {
+            turns[joint.index()] = Some(joint_turn(binder, node, joint));
+        }
     }
     let size = topology.mechanism.size;
     let mut links = Vec::with_capacity(turns.len());
-    for (index, &Node { parent, joint, .. }) in topology.all_nodes().enumerate() {
-        let node = NodeId(index);
+    for (index, described) in topology.all_nodes().enumerate() {
+        let (node, parent) = (NodeId(index), described.parent);
+        let frame = frames.of(node).clone();
+        let joint = match described.connection {
+            Connection::Hinge(joint) => joint,
+            Connection::Free(id) => {
+                let freedom = Freedom::Free(Free::new(binder, node, &frame, id));
+                links.push(Link { node, parent, frame, offset: zero(), freedom });
+                continue;
+            }
+        };
         let Some(joint_turn) = turns[joint.index()].clone() else { continue };
-        let frame = frames.of(node);
         let above = frames.above(topology, node);
         let offset = above.coordinates(&frame.origin, size);
         let offset = binder.facts_of(node, OFFSET, AXES, offset);
         let [cos, sin, _] = above.direction(&frame.axes.column(0).into());
         let [cos, sin] = binder.facts_of(node, HINGE, ["cos", "sin"], [cos, sin]);
-        links.push(Link {
-            node,
-            parent,
-            joint,
-            frame: frame.clone(),
-            offset,
-            speed: binder.speed(joint),
-            hinge_turn: Turn { cos, sin },
-            joint_turn,
-        });
+        let (speed, line_turn) = (binder.speed(joint.index()), Turn { cos, sin });
+        let freedom = Freedom::Hinge(Hinge { joint, speed, line_turn, joint_turn });
+        links.push(Link { node, parent, frame, offset, freedom });
     }
     links
 }
 
 /// Binds sin q and cos q of a node's joint.
-fn joint_turn(binder: &mut Binder, node: NodeId) -> Turn {
-    let joint = binder.topology().node(node).joint;
-    let name = binder.joint_name(node);
-    let q = [binder.coordinate(joint)];
+fn joint_turn(binder: &mut Binder, node: NodeId, joint: JointId) -> Turn {
+    let name = binder.joint_name(joint);
+    let q = [binder.coordinate(joint.index())];
     let section = Section::body(node, Phase::HingeAngle);
     let sin = binder.bind(section, format!("sin_{name}"), Expr::apply(Function::Sin, &q));
     let cos = binder.bind(section, format!("cos_{name}"), Expr::apply(Function::Cos, &q));
@@ -94,20 +144,24 @@ impl Link {
     /// Returns R^T x: the components in the node's frame of a vector given in the parent's frame.
     /// `name` is the name of the vector.
     pub fn down(&self, binder: &mut Binder, phase: Phase, name: &str, v: &Vector) -> Vector {
+        let Hinge { line_turn, joint_turn, .. } = match &self.freedom {
+            Freedom::Hinge(hinge) => hinge,
+            Freedom::Free(free) => return free.down(v),
+        };
         let [x, y, z] = v;
-        let [x, y] = self.hinge_turn.back(x, y);
+        let [x, y] = line_turn.back(x, y);
         let y = self.on_hinge(binder, phase, name, y);
-        let [y, z] = self.joint_turn.back(&y, z);
+        let [y, z] = joint_turn.back(&y, z);
         [x, y, z]
     }
 
     /// Returns R x: the components in the parent's frame of a vector given in the node's frame. `name`
     /// is the name of the vector.
     pub fn up(&self, binder: &mut Binder, phase: Phase, name: &str, v: &Vector) -> Vector {
-        let [x, y, z] = v;
-        let [y, z] = self.joint_turn.forth(y, z);
+        let ([x, y, z], (line_turn, joint_turn)) = (v, self.turns());
+        let [y, z] = joint_turn.forth(y, z);
         let y = self.on_hinge(binder, phase, name, y);
-        let [x, y] = self.hinge_turn.forth(x, &y);
+        let [x, y] = line_turn.forth(x, &y);
         [x, y, z]
     }
 

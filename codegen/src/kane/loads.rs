@@ -8,7 +8,7 @@ use super::binder::Binder;
 use super::facts::AXES;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
-use super::link::Link;
+use super::link::{Freedom, Hinge, Link};
 use super::motion::Motion;
 use super::vector::{Vector, cross, dot, scale, sub};
 use super::wrench::Wrench;
@@ -25,9 +25,9 @@ pub struct Loads {
     applied: Vec<Wrench>,
     /// Bias forces for the minimal inertia, by node.
     bias: Vec<Wrench>,
-    /// Springs, by node.
-    springs: Vec<Spring>,
-    /// Joint torques, by node.
+    /// Springs, by node. A free body has none.
+    springs: Vec<Option<Spring>>,
+    /// Joint torques, by node: zero for a free body.
     torques: Vec<Expr>,
 }
 
@@ -51,6 +51,8 @@ pub struct WrenchNames {
     pub name: &'static str,
 }
 
+const APPARENT_GRAVITY: &str = "apparent_gravity";
+
 const HALF_AREA: Quantity = Quantity::new("half_area", "half the area of a part, m^2");
 
 const FRICTION_RATE: Quantity =
@@ -63,9 +65,13 @@ impl Loads {
         let gravity = vector(binder, gravity, "gravity");
         let applied = applied(binder, kinematics);
         let links = kinematics.links();
-        let springs: Vec<Spring> = links.iter().map(|link| spring(binder, link)).collect();
+        let springs: Vec<Option<Spring>> =
+            links.iter().map(|link| Some(spring(binder, link.node, link.hinge()?))).collect();
         let pairs = links.iter().zip(&springs);
-        let torques = pairs.map(|(link, spring)| joint_torque(binder, link, spring)).collect();
+        let torque = |(link, spring): (&Link, &Option<Spring>)| {
+            Some(joint_torque(binder, link.node, link.hinge()?, spring.as_ref()?))
+        };
+        let torques = pairs.map(torque).map(|torque| torque.unwrap_or_else(Expr::zero)).collect();
         let mut loads = Self { gravity, applied, bias: Vec::new(), springs, torques };
         let names = WrenchNames {
             gravity_phase: Phase::ApparentGravity,
@@ -88,8 +94,8 @@ impl Loads {
     }
 
     /// Returns the spring of a node's joint.
-    pub fn spring(&self, node: NodeId) -> &Spring {
-        &self.springs[node.index()]
+    pub fn spring(&self, node: NodeId) -> Option<&Spring> {
+        self.springs[node.index()].as_ref()
     }
 
     /// Returns tau: the torque of a node's joint on the node about the hinge, along u, N m.
@@ -112,11 +118,18 @@ impl Loads {
         let mut wrenches = Vec::with_capacity(inertias.len());
         for (link, inertia) in kinematics.links().iter().zip(inertias) {
             let node = link.node;
-            let (above, carrier) = match link.parent {
-                None => (&self.gravity, &rest),
-                Some(parent) => (&apparent[parent.index()], motion_of(parent)),
+            let phase = names.gravity_phase;
+            let gravity = match (&link.freedom, link.parent) {
+                (Freedom::Free(free), _) => {
+                    let gravity = sub(&free.down(&self.gravity), &motion_of(node).acceleration);
+                    binder.vector(node, phase, APPARENT_GRAVITY, gravity)
+                }
+                (_, None) => apparent_gravity(binder, link, &self.gravity, &rest, phase),
+                (_, Some(parent)) => {
+                    let above = &apparent[parent.index()];
+                    apparent_gravity(binder, link, above, motion_of(parent), phase)
+                }
             };
-            let gravity = apparent_gravity(binder, link, above, carrier, names.gravity_phase);
             let wrench = inertial_wrench(inertia, motion_of(node), &gravity);
             let wrench = wrench.plus(&self.applied[node.index()]);
             wrenches.push(binder.wrench(node, names.phase, names.name, wrench));
@@ -135,11 +148,10 @@ fn apparent_gravity(
     parent: &Motion,
     phase: Phase,
 ) -> Vector {
-    const NAME: &str = "apparent_gravity";
     let at_origin = sub(above, &parent.relative_acceleration(&link.offset));
     let at_origin = binder.vector(link.node, phase, "apparent_gravity_in_parent", at_origin);
-    let here = link.down(binder, phase, NAME, &at_origin);
-    binder.vector(link.node, phase, NAME, here)
+    let here = link.down(binder, phase, APPARENT_GRAVITY, &at_origin);
+    binder.vector(link.node, phase, APPARENT_GRAVITY, here)
 }
 
 /// Returns the wrench of gravity and inertia, from the second moments S of the node and the E of its
@@ -239,22 +251,22 @@ fn drag(binder: &mut Binder, link: &Link, body: &Body, motion: &Motion, pressure
 }
 
 /// Returns the torque tau of a joint, N m.
-fn joint_torque(binder: &mut Binder, link: &Link, spring: &Spring) -> Expr {
-    let hinge = &binder.mechanism().joints[link.joint.index()];
+fn joint_torque(binder: &mut Binder, node: NodeId, hinge: &Hinge, spring: &Spring) -> Expr {
+    let u = &hinge.speed;
+    let hinge = &binder.mechanism().joints[hinge.joint.index()];
     let (name, span) = (&hinge.name, Some(hinge.span));
     let torque = binder.formula(&hinge.torque, &format!("torque_{name}"), span);
     let damping = binder.formula(&hinge.damping, &format!("damping_{name}"), span);
     let Spring { stiffness, cubic, bend } = spring;
-    let u = &link.speed;
     let linear = &(&torque - &(stiffness * bend)) - &(&damping * u);
     let stiffened = &linear - &(cubic * &bend.power(3));
     match &hinge.friction {
         None => stiffened,
         Some(friction) => {
             let torque = binder.formula(&friction.torque, &format!("friction_{name}"), span);
-            let speed = binder.fact(link.node, FRICTION_RATE, 1.0 / friction.speed);
+            let speed = binder.fact(node, FRICTION_RATE, 1.0 / friction.speed);
             let sense = Expr::apply(Function::Tanh, &[&speed * u]);
-            let section = Section::body(link.node, Phase::JointTorque);
+            let section = Section::body(node, Phase::JointTorque);
             let sense = binder.bind(section, format!("friction_sense_{name}"), sense);
             &stiffened - &(&torque * &sense)
         }
@@ -262,15 +274,16 @@ fn joint_torque(binder: &mut Binder, link: &Link, spring: &Spring) -> Expr {
 }
 
 /// Returns the spring of a joint.
-fn spring(binder: &mut Binder, link: &Link) -> Spring {
-    let hinge = &binder.mechanism().joints[link.joint.index()];
+fn spring(binder: &mut Binder, node: NodeId, hinge: &Hinge) -> Spring {
+    let q = binder.coordinate(hinge.joint.index());
+    let hinge = &binder.mechanism().joints[hinge.joint.index()];
     let (name, span) = (&hinge.name, Some(hinge.span));
     let stiffness = binder.formula(&hinge.stiffness, &format!("stiffness_{name}"), span);
     let cubic = binder.formula(&hinge.cubic_stiffness, &format!("cubic_stiffness_{name}"), span);
     let rest = binder.formula(&hinge.rest, &format!("rest_{name}"), span);
-    let mut bend = &binder.coordinate(link.joint) - &rest;
+    let mut bend = &q - &rest;
     if !cubic.is_zero() {
-        let section = Section::body(link.node, Phase::JointTorque);
+        let section = Section::body(node, Phase::JointTorque);
         bend = binder.bind(section, format!("bend_{name}"), bend);
     }
     Spring { stiffness, cubic, bend }

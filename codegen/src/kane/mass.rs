@@ -12,16 +12,17 @@
 //! depend on the number of bodies beyond it, so the total cost grows as N^2.
 
 use super::binder::Binder;
-use super::forces::along_hinge;
+use super::forces::along_speeds;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
-use super::link::Link;
-use super::vector::{add, cross, dot, scale, twice_symmetric};
+use super::link::{Freedom, Link};
+use super::vector::{Vector, add, cross, dot, scale, twice_symmetric};
 use super::wrench::Wrench;
 use crate::program::{Phase, Section};
 use crate::symbolic::Expr;
+use crate::topology::NodeId;
 
-/// A tree is deep if the mean number of hinges from the ground to a node is greater than this.
+/// A tree is deep if the mean number of speeds from the ground to a node is greater than this.
 const DEEP: usize = 8;
 
 /// The mass matrix of the tree.
@@ -35,19 +36,22 @@ impl MassMatrix {
     pub fn new(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Self {
         let links = kinematics.links();
         let mut composites = inertias.minimal().to_vec();
-        let n = composites.len();
+        let n = binder.mechanism().speeds();
         let mut matrix = Self { n, entries: vec![Expr::zero(); n * n] };
         // A wrench can be carried from node to node and combined with each hinge in the hinge's own
         // frame. If it is carried to the ground instead, combining it with a hinge takes a third of the
         // operations, but carrying it there costs extra. This pays off only in deep trees.
-        let is_deep = binder.topology().depths().iter().sum::<usize>() > DEEP * n;
+        let is_deep = binder.topology().depths().iter().sum::<usize>() > DEEP * links.len();
         for link in links.iter().rev() {
             let composite = composites[link.node.index()].clone();
             let composite = bind_composite(binder, link, composite);
-            if is_deep {
-                matrix.column_at_ground(binder, kinematics, link, &composite);
-            } else {
-                matrix.column(binder, kinematics, link, &composite);
+            for (speed, partial) in kinematics.partial(link.node) {
+                let wrench = composite.wrench(&partial.omega, &partial.velocity);
+                if is_deep {
+                    matrix.column_at_ground(binder, kinematics, link, speed, wrench);
+                } else {
+                    matrix.column(binder, kinematics, link, speed, wrench);
+                }
             }
             if let Some(parent) = link.parent {
                 let carried = carry_composite(binder, link, &composite);
@@ -62,21 +66,22 @@ impl MassMatrix {
         &self.entries
     }
 
-    /// Computes the entries of a joint's column, from its own row to the row of the root, by carrying
-    /// the wrench from node to node.
+    /// Computes the entries of a speed's column, from its node's own rows to the rows of the root, by carrying
+    /// the wrench that a unit du/dt requires from node to node.
     fn column(
         &mut self,
         binder: &mut Binder,
         kinematics: &Kinematics,
         link: &Link,
-        composite: &SpatialInertia,
+        speed: usize,
+        mut wrench: Wrench,
     ) {
-        let name = format!("inertia_{}", binder.joint_name(link.node));
-        let mut wrench = unit_wrench(kinematics, link, composite);
+        let name = format!("inertia_{}", binder.speed_name(speed));
         let mut at = link;
         loop {
-            let entry = along_hinge(kinematics, at.node, &wrench);
-            self.set(binder, at, link, entry);
+            for (row, entry) in along_speeds(kinematics, at.node, &wrench) {
+                self.set(binder, link.node, [row, speed], entry);
+            }
             let Some(parent) = at.parent else { break };
             wrench = at.carry_wrench(binder, Phase::MassMatrix, &name, &wrench);
             at = kinematics.link(parent);
@@ -89,12 +94,13 @@ impl MassMatrix {
         binder: &mut Binder,
         kinematics: &Kinematics,
         link: &Link,
-        composite: &SpatialInertia,
+        speed: usize,
+        wrench: Wrench,
     ) {
-        let name = format!("inertia_{}_at_ground", binder.joint_name(link.node));
-        let wrench = unit_wrench(kinematics, link, composite);
-        let entry = along_hinge(kinematics, link.node, &wrench);
-        self.set(binder, link, link, entry);
+        let name = format!("inertia_{}_at_ground", binder.speed_name(speed));
+        for (row, entry) in along_speeds(kinematics, link.node, &wrench) {
+            self.set(binder, link.node, [row, speed], entry);
+        }
         let placement = kinematics.placement(link.node);
         let force = placement.turn(&wrench.force);
         let force = binder.vector(link.node, Phase::MassMatrix, &format!("{name}_force"), force);
@@ -102,33 +108,36 @@ impl MassMatrix {
         let moment = binder.vector(link.node, Phase::MassMatrix, &format!("{name}_moment"), moment);
         let mut at = link.parent;
         while let Some(node) = at {
-            // Partial velocities of the hinge at the ground's origin, in the base frame.
+            // Partial velocities at the ground's origin, in the base frame.
             let placement = kinematics.placement(node);
-            let [axis, ..] = &placement.axes;
-            let velocity = cross(&placement.origin, axis);
-            let name = "partial_velocity_at_ground";
-            let velocity = binder.vector(node, Phase::MassMatrix, name, velocity);
-            let entry = &dot(axis, &moment) + &dot(&velocity, &force);
-            self.set(binder, kinematics.link(node), link, entry);
-            at = kinematics.link(node).parent;
+            let above = kinematics.link(node);
+            let mut about = |axis: &Vector, point: &Vector| {
+                let velocity = cross(point, axis);
+                let name = "partial_velocity_at_ground";
+                let velocity = binder.vector(node, Phase::MassMatrix, name, velocity);
+                &dot(axis, &moment) + &dot(&velocity, &force)
+            };
+            let entries = match &above.freedom {
+                Freedom::Hinge(_) => vec![about(&placement.axes[0], &placement.origin)],
+                Freedom::Free(free) => {
+                    let turning = free.axes.each_ref().map(|axis| about(axis, &free.position));
+                    force.iter().cloned().chain(turning).collect()
+                }
+            };
+            for (row, entry) in above.speeds().zip(entries) {
+                self.set(binder, link.node, [row, speed], entry);
+            }
+            at = above.parent;
         }
     }
 
-    /// Binds an entry, and stores it in both symmetric places.
-    fn set(&mut self, binder: &mut Binder, row: &Link, column: &Link, entry: Expr) {
-        let [r, c] = [row, column].map(|link| binder.joint_name(link.node));
-        let section = Section::body(column.node, Phase::MassMatrix);
-        let entry = binder.bind(section, format!("mass_{r}_{c}"), entry);
-        let [r, c] = [row, column].map(|link| link.joint.index());
+    /// Binds an entry of a node's column, and stores it in both symmetric places.
+    fn set(&mut self, binder: &mut Binder, node: NodeId, [r, c]: [usize; 2], entry: Expr) {
+        let name = format!("mass_{}_{}", binder.speed_name(r), binder.speed_name(c));
+        let entry = binder.bind(Section::body(node, Phase::MassMatrix), name, entry);
         self.entries[r * self.n + c] = entry.clone();
         self.entries[c * self.n + r] = entry;
     }
-}
-
-/// Returns the wrench that a unit du/dt of a hinge requires.
-fn unit_wrench(kinematics: &Kinematics, link: &Link, composite: &SpatialInertia) -> Wrench {
-    let partial = kinematics.partial(link.node);
-    composite.wrench(&partial.omega, &partial.velocity)
 }
 
 fn bind_composite(binder: &mut Binder, link: &Link, body: SpatialInertia) -> SpatialInertia {

@@ -14,15 +14,16 @@
 //! | phase | quantities | where |
 //! |---|---|---|
 //! | spatial inertia | minimal inertial parameters | `inertia` |
-//! | kinematics | placements, w, v, alpha, a, partial velocities | `kinematics`, of `frame`, `link`, `placement`, `motion` |
+//! | kinematics | placements, w, v, alpha, a, partial velocities | `kinematics`, of `frame`, `link`, `free`, `placement`, `motion` |
 //! | loads | gravity, forces, air, joint torques, bias forces | `loads` |
 //! | generalized forces | f | `forces` |
 //! | mass matrix | composite inertia, M | `mass` |
 //! | energies | kinetic and potential energy | `energy` |
+//! | momentum | of all bodies together | `momentum` |
 //! | closure | residual, J, gamma | `closure` |
 //! | outputs | poses, points, drives | `outputs` |
 //! | inverse dynamics | residuals at given du/dt and lambda, hinge reactions | `inverse` |
-//! | articulated bodies | M du/dt = b body by body | `articulated` |
+//! | articulated bodies | M du/dt = b body by body | `articulated`, `floating` |
 //! | independent speeds | du/dt = N y + p without closure forces | `independent` |
 //!
 //! Modules that the phases share: `binder` names intermediates, `section` says where they belong and
@@ -36,9 +37,11 @@ mod derive;
 mod energy;
 mod equations;
 mod facts;
+mod floating;
 mod forces;
 mod formula;
 mod frame;
+mod free;
 mod independent;
 mod inertia;
 mod inverse;
@@ -46,6 +49,7 @@ mod kinematics;
 mod link;
 mod loads;
 mod mass;
+mod momentum;
 mod motion;
 mod outputs;
 mod placement;

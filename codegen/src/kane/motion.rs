@@ -13,8 +13,9 @@
 //! which are the terms without du/dt. At given du/dt, du/dt e_x is added to alpha.)
 
 use super::binder::Binder;
-use super::link::Link;
-use super::vector::{Vector, add, cross, dot, zero};
+use super::free::Free;
+use super::link::{Freedom, Hinge, Link};
+use super::vector::{Vector, add, cross, dot, sub, zero};
 use crate::program::Phase;
 use crate::symbolic::Expr;
 
@@ -68,7 +69,10 @@ impl Motion {
 
     /// Derives the motion of a node at du/dt = 0 from the motion of its parent.
     pub fn new(binder: &mut Binder, link: &Link, parent: &Self) -> Self {
-        let (node, u) = (link.node, &link.speed);
+        let (node, u) = match &link.freedom {
+            Freedom::Hinge(hinge) => (link.node, &hinge.speed),
+            Freedom::Free(free) => return Self::of_free(binder, link, free),
+        };
         let omega = link.down(binder, Phase::AngularVelocity, "parent_omega", &parent.omega);
         let [x, y, z] = binder.vector(node, Phase::AngularVelocity, "parent_omega", omega);
         let turning = [Expr::zero(), &z * u, -&(&y * u)];
@@ -80,11 +84,57 @@ impl Motion {
         moving.accelerated(binder, link, parent, &turning, &VELOCITY_PRODUCT)
     }
 
-    /// Derives the same motion of a node at given du/dt from the motion of its parent at given du/dt.
-    pub fn at_given(&self, binder: &mut Binder, link: &Link, parent: &Self, rate: Expr) -> Self {
-        let [_, y, z] = &self.omega;
-        let turning = [rate, z * &link.speed, -&(y * &link.speed)];
-        self.accelerated(binder, link, parent, &turning, &GIVEN)
+    /// Derives the motion of a free body at du/dt = 0.
+    fn of_free(binder: &mut Binder, link: &Link, free: &Free) -> Self {
+        let omega = free.omega.clone();
+        let velocity = free.velocity_of_origin(&free.velocity, &omega);
+        let velocity = binder.vector(link.node, Phase::Velocity, "velocity", velocity);
+        let moving = Self { omega, velocity, ..Self::rest() };
+        moving.accelerated_freely(binder, link, free, zero(), &zero(), &VELOCITY_PRODUCT)
+    }
+
+    /// Derives the same motion of a node from the motion of its parent at given du/dt. `rates` are the given
+    /// du/dt of all speeds.
+    pub fn at_given(
+        &self,
+        binder: &mut Binder,
+        link: &Link,
+        parent: &Self,
+        rates: &[Expr],
+    ) -> Self {
+        match &link.freedom {
+            Freedom::Hinge(Hinge { joint, speed, .. }) => {
+                let [_, y, z] = &self.omega;
+                let turning = [rates[joint.index()].clone(), z * speed, -&(y * speed)];
+                self.accelerated(binder, link, parent, &turning, &GIVEN)
+            }
+            Freedom::Free(free) => {
+                let rate = |k: usize| rates[free.first + k].clone();
+                let alpha = [rate(3), rate(4), rate(5)];
+                let linear = free.down(&[rate(0), rate(1), rate(2)]);
+                self.accelerated_freely(binder, link, free, alpha, &linear, &GIVEN)
+            }
+        }
+    }
+
+    /// Derives the accelerations of a free body from those of its rotation and, in its frame, of its centre of
+    /// mass.
+    fn accelerated_freely(
+        &self,
+        binder: &mut Binder,
+        link: &Link,
+        free: &Free,
+        alpha: Vector,
+        of_centre: &Vector,
+        AccelerationNames { phases, names }: &AccelerationNames,
+    ) -> Self {
+        let (gradient, squares) = gradient(binder, link, &self.omega, &alpha);
+        let gradient = binder.matrix(link.node, phases[2], names[2], gradient);
+        let (omega, velocity) = (self.omega.clone(), self.velocity.clone());
+        let mut moving = Self { omega, velocity, alpha, gradient, squares, ..Self::rest() };
+        let acceleration = sub(of_centre, &moving.relative_acceleration(&free.centre));
+        moving.acceleration = binder.vector(link.node, phases[1], names[1], acceleration);
+        moving
     }
 
     /// Derives the accelerations from those of the parent. `turning` is the angular acceleration across

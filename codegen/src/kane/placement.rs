@@ -8,7 +8,7 @@
 //! ```
 
 use super::binder::Binder;
-use super::link::Link;
+use super::link::{Freedom, Link};
 use super::vector::{Vector, add, zero};
 use crate::program::Phase;
 use crate::symbolic::Expr;
@@ -31,14 +31,20 @@ impl Placement {
 
     /// Derives the placement of a node from the placement of its parent.
     pub fn new(binder: &mut Binder, link: &Link, parent: &Self) -> Self {
+        if let Freedom::Free(free) = &link.freedom {
+            let origin = free.origin();
+            let origin = binder.vector(link.node, Phase::Placement, "origin", origin);
+            return Self { axes: free.axes.clone(), origin };
+        }
+        let (line_turn, joint_turn) = link.turns();
         let turned = |turn: &super::turn::Turn, x: &Vector, y: &Vector| {
             let pairs = [0, 1, 2].map(|i| turn.back(&x[i], &y[i]));
             [0, 1].map(|k| [0, 1, 2].map(|i: usize| pairs[i][k].clone()))
         };
         let node = link.node;
-        let [x, y] = turned(&link.hinge_turn, &parent.axes[0], &parent.axes[1]);
+        let [x, y] = turned(line_turn, &parent.axes[0], &parent.axes[1]);
         let y = binder.vector(node, Phase::Placement, "axis_y_on_hinge", y);
-        let [y, z] = turned(&link.joint_turn, &y, &parent.axes[2]);
+        let [y, z] = turned(joint_turn, &y, &parent.axes[2]);
         let axes = [("axis_x", x), ("axis_y", y), ("axis_z", z)]
             .map(|(name, axis)| binder.vector(node, Phase::Placement, name, axis));
         let origin = parent.place(&link.offset);

@@ -72,14 +72,14 @@ impl Link {
     ) -> Tensor {
         let mut turning = TensorTurn { binder, link: self, phase, name };
         let [xx, xy, xz, yy, yz, zz] = tensor;
-        let turn = &self.joint_turn;
+        let (line_turn, turn) = self.turns();
         let [xy, xz] = turn.forth(xy, xz);
         let [yy, yz, _, zz] = turning.block("joint", turn, [yy, yz, yz, zz]);
         let axes = ["xy", "xz", "yy", "yz"];
         let values = [xy, xz, yy, yz];
         let name = format!("{name}_on_hinge");
         let [xy, xz, yy, yz] = turning.binder.components(self.node, phase, &name, axes, values);
-        let turn = &self.hinge_turn;
+        let turn = line_turn;
         let [xz, yz] = turn.forth(&xz, &yz);
         let [xx, xy, _, yy] = turning.block("hinge", turn, [xx, &xy, &xy, &yy]);
         [xx, xy, xz, yy, yz, zz]
@@ -95,14 +95,14 @@ impl Link {
     ) -> [Vector; 3] {
         let mut turning = TensorTurn { binder, link: self, phase, name };
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = rows;
-        let turn = &self.joint_turn;
+        let (line_turn, turn) = self.turns();
         let ([xy, xz], [yx, zx]) = (turn.forth(xy, xz), turn.forth(yx, zx));
         let [yy, yz, zy, zz] = turning.block("joint", turn, [yy, yz, zy, zz]);
         let about_x = [[xx.clone(), xy, xz], [yx, yy, yz], [zx, zy, zz]];
         let name = format!("{name}_on_hinge");
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] =
             turning.binder.matrix(self.node, phase, &name, about_x);
-        let turn = &self.hinge_turn;
+        let turn = line_turn;
         let ([xz, yz], [zx, zy]) = (turn.forth(&xz, &yz), turn.forth(&zx, &zy));
         let [xx, xy, yx, yy] = turning.block("hinge", turn, [&xx, &xy, &yx, &yy]);
         [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]

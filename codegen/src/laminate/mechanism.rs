@@ -5,7 +5,14 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::source::{BodyId, Expression, JointId, ParameterId, PointId, Span};
+use crate::source::free::{COORDINATES, SPEED_NAMES, SPEEDS};
+use crate::source::ids::index;
+use crate::source::{BodyId, CoordinateId, Expression, JointId, ParameterId, PointId, Span, SpeedId};
+
+index!(
+    /// A free body, in the order of `Mechanism::free`.
+    FreeId
+);
 
 /// Rigid bodies and the hinges between them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -32,6 +39,8 @@ pub struct Mechanism {
     pub initial_given: Vec<JointId>,
     /// Initial u, one per joint, rad/s.
     pub initial_u: Vec<f64>,
+    /// The free bodies, in file order.
+    pub free: Vec<FreeBody>,
     /// Joints at which loops are cut.
     pub cuts: Vec<JointId>,
     /// The air, which resists moving plates.
@@ -40,6 +49,51 @@ pub struct Mechanism {
     pub tolerance: f64,
     /// Diagonal of the flat bounding box over plates, hinge lines, centres of mass and points, m.
     pub size: f64,
+}
+
+/// A body that moves in all six directions, which no hinge connects with the ground.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FreeBody {
+    /// The body.
+    pub body: BodyId,
+    /// Coordinates at the start: the displacement of its centre of mass from where it is drawn, m, and its
+    /// orientation, the unit quaternion w x y z.
+    pub q: [f64; COORDINATES],
+    /// Speeds at the start: the velocity of its centre of mass in the base frame, m/s, and its angular
+    /// velocity in its own frame, rad/s.
+    pub u: [f64; SPEEDS],
+}
+
+impl Mechanism {
+    /// Returns the number of coordinates q.
+    pub fn coordinates(&self) -> usize {
+        self.joints.len() + COORDINATES * self.free.len()
+    }
+
+    /// Returns the number of speeds u.
+    pub fn speeds(&self) -> usize {
+        self.joints.len() + SPEEDS * self.free.len()
+    }
+
+    /// Returns the first coordinate of a free body; the others follow.
+    pub fn coordinate_of(&self, free: FreeId) -> CoordinateId {
+        CoordinateId(self.joints.len() + COORDINATES * free.index())
+    }
+
+    /// Returns the first speed of a free body; the others follow.
+    pub fn speed_of(&self, free: FreeId) -> SpeedId {
+        SpeedId(self.joints.len() + SPEEDS * free.index())
+    }
+
+    /// Returns a name for each speed: `knee`, `hull_vx`.
+    pub fn speed_labels(&self) -> Vec<String> {
+        let joints = self.joints.iter().map(|joint| joint.name.clone());
+        let free = self.free.iter().flat_map(|free| {
+            let body = &self.bodies[free.body.index()].name;
+            SPEED_NAMES.map(|part| format!("{body}_{part}"))
+        });
+        joints.chain(free).collect()
+    }
 }
 
 /// Air, which resists plates by density drag v^2 / 2 per area, where v is the speed along the

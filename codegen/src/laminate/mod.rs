@@ -27,7 +27,7 @@ pub use verdicts::{Verdict, verdicts};
 use nalgebra::Vector3;
 
 use crate::source::codes;
-use crate::source::{Diagnostic, Diagnostics, Severity, Shape, SourceModel};
+use crate::source::{BodyId, Diagnostic, Diagnostics, InitialBody, Severity, Shape, SourceModel};
 
 /// Smallest size of a mechanism, m. Smaller ones are mistakes and lose digits to underflow.
 const SMALLEST: f64 = 1e-9;
@@ -56,6 +56,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         cuts: model.cuts.clone(),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
         initial_u: per_joint(model, &model.initial_u),
+        free: free_bodies(model),
         air: model.air.as_ref().map(air::air),
         tolerance: model.tolerance,
         size: 0.0,
@@ -102,6 +103,22 @@ fn per_joint(model: &SourceModel, given: &[(crate::source::JointId, f64)]) -> Ve
     values
 }
 
+fn free_bodies(model: &SourceModel) -> Vec<FreeBody> {
+    let free = model.bodies.iter().enumerate().filter(|(_, body)| body.free);
+    let initial = |id: BodyId| {
+        let given = model.initial_bodies.iter().find(|(body, _)| *body == id);
+        given.map_or(InitialBody::DRAWN, |(_, initial)| initial.clone())
+    };
+    free.map(|(index, _)| {
+        let body = BodyId(index);
+        let InitialBody { position, orientation, velocity, angular_velocity } = initial(body);
+        let ([x, y, z], [qw, qx, qy, qz]) = (position, orientation);
+        let ([vx, vy, vz], [wx, wy, wz]) = (velocity, angular_velocity);
+        FreeBody { body, q: [x, y, z, qw, qx, qy, qz], u: [vx, vy, vz, wx, wy, wz] }
+    })
+    .collect()
+}
+
 fn points(model: &SourceModel) -> Vec<Point> {
     let point = |point: &crate::source::Point| Point {
         name: point.name.value.clone(),
@@ -120,6 +137,13 @@ fn forces(model: &SourceModel) -> Vec<Force> {
     model.forces.iter().map(force).collect()
 }
 
+/// Returns two ends of a body without a drawing: its radius of gyration away from its centre of mass.
+fn gyration(body: &MassProperties) -> [Vector3<f64>; 2] {
+    let radius = (body.inertia.trace() / (2.0 * body.mass)).max(0.0).sqrt();
+    let side = Vector3::repeat(if radius.is_finite() { radius / 3f64.sqrt() } else { 0.0 });
+    [body.com - side, body.com + side]
+}
+
 /// Returns the diagonal of the flat bounding box over plates, hinge lines, centres of mass and
 /// points, m.
 fn size(model: &SourceModel, mechanism: &Mechanism) -> f64 {
@@ -127,6 +151,9 @@ fn size(model: &SourceModel, mechanism: &Mechanism) -> f64 {
     for (body, built) in model.bodies.iter().zip(&mechanism.bodies) {
         if built.mass_properties.mass > 0.0 {
             all.push(built.mass_properties.com);
+        }
+        if body.free {
+            all.extend(gyration(&built.mass_properties));
         }
         if let Shape::Plates(layers) = &body.shape {
             for (layer, plates) in plate::stack(model).zip(layers) {

@@ -28,7 +28,7 @@ impl Closure {
         code.enter(Phase::ClosureFactor);
         let mut weighted = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
-            let over_pivots = row.iter().zip(inverse_pivots).zip(&labels.joints);
+            let over_pivots = row.iter().zip(inverse_pivots).zip(&labels.speeds);
             let over_pivots = over_pivots.map(|((&y, &inverse_pivot), joint)| {
                 let name = || format!("y_over_d{}_{joint}", labels.row(i));
                 code.named(Op::Mul(y, inverse_pivot), name)

@@ -9,30 +9,92 @@
 //! Where a function has a corner (`abs`, `min`, `max`) its derivative is that of the side of the
 //! larger argument; at a pole (`sqrt` of 0) it is infinite. That of a step is 0, also at the step.
 
-use crate::program::{Function, Instruction, Moving, Op, Phase, Section, Slot, Value};
+use crate::program::{
+    Function, Instruction, Interface, Moving, Op, Phase, Section, Slot, Value,
+};
+use crate::source::free::{COORDINATES, SPEEDS};
+use crate::source::{CoordinateId, SpeedId};
+
+/// Coordinates of the position and speeds of the velocity of a free body, before those of its orientation.
+const LINEAR: usize = 3;
 
 /// Prefix of the name of a derivative: `d_omega_left_x`.
 pub const CHANGE_OF: &str = "d_";
 
 /// The derivative along the direction that the [`Slot::Change`]s give, du/dt and lambda constant.
-pub fn along_changes(function: Function) -> Function {
-    let change = |slot| match slot {
-        Slot::Time => Some(Moving::Time),
-        Slot::Position(id) => Some(Moving::Position(id)),
-        Slot::Rate(id) => Some(Moving::Rate(id)),
-        Slot::Parameter(id) => Some(Moving::Parameter(id)),
-        Slot::Input(id) => Some(Moving::Input(id)),
-        Slot::Acceleration(_) | Slot::Multiplier(_) | Slot::Change(_) => None,
-    };
-    differentiate(function, |slot| change(slot).map(|moving| Op::Load(Slot::Change(moving))))
+pub fn along_changes(function: Function, directions: &Directions) -> Function {
+    differentiate(function, |forward, slot, section| {
+        let moving = match slot {
+            Slot::Time => Moving::Time,
+            Slot::Position(id) => return Some(directions.change(forward, id, section)),
+            Slot::Rate(id) => Moving::Rate(id),
+            Slot::Parameter(id) => Moving::Parameter(id),
+            Slot::Input(id) => Moving::Input(id),
+            Slot::Acceleration(_) | Slot::Multiplier(_) | Slot::Change(_) => return None,
+        };
+        Some(forward.push(Op::Load(Slot::Change(moving)), section))
+    })
 }
 
 /// The derivative by t, all else constant.
 pub fn by_time(function: Function) -> Function {
-    differentiate(function, |slot| (slot == Slot::Time).then_some(Op::Const(1.0)))
+    differentiate(function, |forward, slot, section| {
+        (slot == Slot::Time).then(|| forward.push(Op::Const(1.0), section))
+    })
 }
 
-fn differentiate(function: Function, seed: impl Fn(Slot) -> Option<Op>) -> Function {
+/// How coordinates change along directions of u.
+pub struct Directions {
+    joints: usize,
+}
+
+impl Directions {
+    /// Those of a mechanism.
+    pub fn of(interface: &Interface) -> Self {
+        Self { joints: interface.joints.len() }
+    }
+
+    /// The change of a coordinate: that of its speed, for a quaternion p that of p (0, w) / 2.
+    fn change(&self, forward: &mut Forward, id: CoordinateId, section: Section) -> Value {
+        let mut load = |slot| forward.push(Op::Load(slot), section);
+        let mut along = |speed| load(Slot::Change(Moving::Position(SpeedId(speed))));
+        let Some(beyond) = id.index().checked_sub(self.joints) else { return along(id.index()) };
+        let (body, part) = (beyond / COORDINATES, beyond % COORDINATES);
+        let [q, u] = [COORDINATES, SPEEDS].map(|count| self.joints + count * body);
+        let Some(component) = part.checked_sub(LINEAR) else { return along(u + part) };
+        // Factors of w: which component of p, and its sign.
+        const TERMS: [[(usize, bool); 3]; 4] = [
+            [(1, true), (2, true), (3, true)],
+            [(0, false), (3, true), (2, false)],
+            [(3, false), (0, false), (1, true)],
+            [(2, true), (1, false), (0, false)],
+        ];
+        let turns: [Value; 3] = std::array::from_fn(|k| along(u + LINEAR + k));
+        let mut sum = None;
+        for (turn, (factor, negative)) in turns.into_iter().zip(TERMS[component]) {
+            let slot = Slot::Position(CoordinateId(q + LINEAR + factor));
+            let factor = forward.push(Op::Load(slot), section);
+            let term = forward.push(Op::Mul(factor, turn), section);
+            sum = Some(match (sum, negative) {
+                (None, false) => term,
+                (None, true) => forward.push(Op::Neg(term), section),
+                (Some(sum), false) => forward.push(Op::Add(sum, term), section),
+                (Some(sum), true) => forward.push(Op::Sub(sum, term), section),
+            });
+        }
+        let half = forward.push(Op::Const(0.5), section);
+        match sum {
+            Some(sum) => forward.push(Op::Mul(half, sum), section),
+            None => half,
+        }
+    }
+}
+
+/// Differentiates; `seed` writes the derivative of a slot, if it has one.
+fn differentiate(
+    function: Function,
+    seed: impl Fn(&mut Forward, Slot, Section) -> Option<Value>,
+) -> Function {
     let mut forward = Forward { instructions: Vec::with_capacity(3 * function.instructions.len()) };
     let mut primal: Vec<Value> = Vec::with_capacity(function.instructions.len());
     let mut tangent: Vec<Option<Value>> = Vec::with_capacity(function.instructions.len());
@@ -42,7 +104,7 @@ fn differentiate(function: Function, seed: impl Fn(Slot) -> Option<Op>) -> Funct
         let value = forward.push(op.map(|x| primal[x.index()]), section);
         forward.instructions[value.index()].name = name;
         let derivative = match op {
-            Op::Load(slot) => seed(slot).map(|op| forward.push(op, section)),
+            Op::Load(slot) => seed(&mut forward, slot, section),
             op => {
                 let of = |x: Value| (primal[x.index()], tangent[x.index()]);
                 Rule { forward: &mut forward, section }.derivative(op, value, of)

@@ -20,7 +20,7 @@ use super::labels::{Called, Labels};
 use crate::program::{Function, Op, Output, Phase, Section, Slot, Value};
 use crate::topology::NodeId;
 
-/// A factor of M, by joint.
+/// A factor of M, by speed.
 pub trait Factor {
     /// 1 / D.
     fn inverse_pivots(&self) -> &[Value];
@@ -48,31 +48,37 @@ impl Factor for ByBody {
     }
 }
 
-/// The factor of a matrix, and its joints from the root to the leaves.
+/// The factor of a matrix, and its speeds from the root to the leaves.
 pub struct ByEntry {
     order: Vec<usize>,
     inverse_pivots: Vec<Value>,
-    /// L, rows by joint; only entries before the diagonal in `order` are used.
+    /// L, rows by speed; only entries before the diagonal in `order` are used.
     lower: Vec<Vec<Value>>,
 }
 
 impl ByEntry {
     /// Factors M, N x N.
-    pub fn of(code: &mut Code, mass: &[Value], order: &[usize], labels: &Labels) -> Self {
+    pub fn of(
+        code: &mut Code,
+        mass: &[Value],
+        speeds: &[(NodeId, usize)],
+        labels: &Labels,
+    ) -> Self {
+        let order: Vec<usize> = speeds.iter().map(|(_, speed)| *speed).collect();
         let n = order.len();
         let mut m: Vec<Vec<Value>> = mass.chunks_exact(n.max(1)).map(<[_]>::to_vec).collect();
         let zero = code.number(0.0);
         let one = code.number(1.0);
         let mut lower = vec![vec![zero; n]; n];
         let mut inverse_pivots = vec![zero; n];
-        for (index, &k) in order.iter().enumerate().rev() {
-            code.section = Section::body(NodeId(index), Phase::MassFactor);
-            let name = || format!("inverse_pivot_{}", labels.joints[k]);
+        for (index, &(node, k)) in speeds.iter().enumerate().rev() {
+            code.section = Section::body(node, Phase::MassFactor);
+            let name = || format!("inverse_pivot_{}", labels.speeds[k]);
             inverse_pivots[k] = code.named(Op::Div(one, m[k][k]), name);
             let before: Vec<usize> =
                 order[..index].iter().copied().filter(|&i| !code.is_zero(m[k][i])).collect();
             for (position, &i) in before.iter().enumerate() {
-                let name = || format!("l_{}_{}", labels.joints[k], labels.joints[i]);
+                let name = || format!("l_{}_{}", labels.speeds[k], labels.speeds[i]);
                 let factor = code.named(Op::Mul(m[k][i], inverse_pivots[k]), name);
                 lower[k][i] = factor;
                 for &j in &before[..=position] {
@@ -83,7 +89,7 @@ impl ByEntry {
             }
         }
         code.enter(Phase::Output);
-        Self { order: order.to_vec(), inverse_pivots, lower }
+        Self { order, inverse_pivots, lower }
     }
 
     /// L^-T b; `name` is that of its entry for a joint.

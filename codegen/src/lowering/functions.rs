@@ -11,13 +11,13 @@ use crate::program::{
 };
 use crate::symbolic::{Function as SymbolicFunction, Tree};
 
-use super::differentiate;
+use super::differentiate::{self, Directions};
 
 /// Every function of the mechanism that is written directly from the equations, in the order of
 /// [`FunctionKind`].
 pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> {
     use FunctionKind::{
-        Closure, Drives, Energy, Equations as Motion, Points, Poses, Reactions, Tangent,
+        Closure, Drives, Energy, Equations as Motion, Momentum, Points, Poses, Reactions, Tangent,
     };
     let e = equations;
     let kinetic = std::slice::from_ref(&e.kinetic_energy);
@@ -40,14 +40,18 @@ pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> 
         of(Energy, &[kinetic, potential]),
         drives(angles),
         of(Reactions, &[&e.reactions]),
-        differentiate::along_changes(of(Tangent, &[&e.imbalance, &e.opening])),
+        of(Momentum, &[&e.momentum]),
+        differentiate::along_changes(
+            of(Tangent, &[&e.imbalance, &e.opening]),
+            &Directions::of(interface),
+        ),
     ]
 }
 
 /// Inputs of the elimination by entry: `mass` and `jacobian`, and either `forcing` and `gamma` or
 /// what a projection wants.
 pub fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
-    let n = equations.mechanism().joints.len();
+    let n = equations.mechanism().speeds();
     let rows = equations.gamma.len();
     let mut outputs: Vec<(_, _, _, &[_])> =
         vec![("mass", n, n, &equations.mass), ("jacobian", rows, n, &equations.jacobian)];
@@ -68,7 +72,7 @@ pub fn by_body(
     elimination: &Elimination,
     kind: FunctionKind,
 ) -> [Function; 2] {
-    let n = equations.mechanism().joints.len();
+    let n = equations.mechanism().speeds();
     let rows = equations.gamma.len();
     let mut outputs: Vec<(_, _, _, &[_])> = vec![
         ("inverse_pivots", n, 1, &elimination.inverse_pivots),
@@ -87,7 +91,7 @@ pub fn by_body(
 
 /// The solution for independent speeds.
 pub fn reduced(equations: &Equations, reduced: &Reduced, kind: FunctionKind) -> Function {
-    let n = equations.mechanism().joints.len();
+    let n = equations.mechanism().speeds();
     match kind {
         FunctionKind::Acceleration => {
             let accelerations = reduced.accelerations.as_slice();

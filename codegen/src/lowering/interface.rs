@@ -1,6 +1,6 @@
 //! Interface of a mechanism for callers, collected from the earlier stages.
 
-use crate::program::{BodyInfo, Interface, JointInfo, ParameterInfo};
+use crate::program::{BodyInfo, FreeBodyInfo, Interface, JointInfo, ParameterInfo};
 use sha2::{Digest, Sha256};
 
 use crate::kane::Equations;
@@ -29,6 +29,11 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
                 initial_u: mechanism.initial_u[index],
                 driven: joint.drive.is_some(),
             })
+            .collect(),
+        free: mechanism
+            .free
+            .iter()
+            .map(|free| FreeBodyInfo { name: body_name(free.body), q: free.q, u: free.u })
             .collect(),
         bodies: mechanism
             .bodies

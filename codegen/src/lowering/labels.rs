@@ -1,12 +1,12 @@
-//! Names of the values of an elimination: by joints and by rows of the closure.
+//! Names of the values of an elimination: by speeds and by rows of the closure.
 
 use crate::kane::Equations;
 use crate::program::Moving;
 
-/// Names of joints and rows.
+/// Names of speeds and rows.
 pub struct Labels {
-    /// By joint.
-    pub joints: Vec<String>,
+    /// By speed.
+    pub speeds: Vec<String>,
     /// Of each closure row: its loop, and its number within the loop.
     rows: Vec<[usize; 2]>,
 }
@@ -15,10 +15,10 @@ impl Labels {
     /// Those of a mechanism.
     pub fn of(equations: &Equations) -> Self {
         let topology = &equations.topology;
-        let joints = topology.mechanism.joints.iter().map(|joint| joint.name.clone()).collect();
+        let speeds = topology.mechanism.speed_labels();
         let loops = topology.loops.iter().enumerate();
         let rows = loops.flat_map(|(id, closed)| (0..closed.rows.len()).map(move |row| [id, row]));
-        Self { joints, rows: rows.collect() }
+        Self { speeds, rows: rows.collect() }
     }
 
     /// A row: `0_1` is the second of the first loop.
@@ -40,7 +40,7 @@ impl Labels {
 
 /// Name of a solution of the equations.
 pub struct Called {
-    /// By joint: `acceleration`.
+    /// By speed: `acceleration`.
     pub solution: &'static str,
     /// By closure row: `lambda`.
     pub multiplier: &'static str,
@@ -58,8 +58,8 @@ impl Called {
     pub fn derivative(labels: &Labels, direction: Moving) -> Self {
         let direction = match direction {
             Moving::Time => "_by_t".to_owned(),
-            Moving::Position(joint) => format!("_by_q_{}", labels.joints[joint.index()]),
-            Moving::Rate(joint) => format!("_by_u_{}", labels.joints[joint.index()]),
+            Moving::Position(speed) => format!("_by_q_{}", labels.speeds[speed.index()]),
+            Moving::Rate(speed) => format!("_by_u_{}", labels.speeds[speed.index()]),
             Moving::Parameter(id) => format!("_by_parameter_{}", id.index()),
             Moving::Input(id) => format!("_by_input_{}", id.index()),
         };
@@ -71,8 +71,8 @@ impl Called {
         format!("{}{}{}", self.multiplier, labels.row(row), self.direction)
     }
 
-    /// The solution of a joint: `acceleration_east`.
-    pub fn solution(&self, labels: &Labels, joint: usize) -> String {
-        format!("{}_{}{}", self.solution, labels.joints[joint], self.direction)
+    /// The solution of a speed: `acceleration_east`.
+    pub fn solution(&self, labels: &Labels, speed: usize) -> String {
+        format!("{}_{}{}", self.solution, labels.speeds[speed], self.direction)
     }
 }

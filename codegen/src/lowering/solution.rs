@@ -9,7 +9,8 @@ use super::functions;
 use super::labels::{Called, Labels};
 use crate::kane::{Elimination, Equations};
 use crate::program::{Function, FunctionKind, Moving, Output, Phase, Slot, Value};
-use crate::source::JointId;
+use crate::source::SpeedId;
+use crate::topology::NodeId;
 
 /// Operations beyond which a solution is left to the runtime's loops: such a function would be
 /// larger than the processor's caches.
@@ -49,7 +50,7 @@ pub fn functions(
         let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };
         best(kind, most, candidates)
     };
-    let directions = 2 * topology.mechanism.joints.len() + 1;
+    let directions = 2 * topology.mechanism.speeds() + 1;
     let small = tangent.instructions.len() * directions <= 10 * MOST_DERIVATIVES;
     let differentiable = regular && small && entries(equations) <= MOST_ENTRIES;
     let derivatives = differentiable.then(|| jacobian(equations, tangent));
@@ -105,7 +106,7 @@ fn reduced_force(
 ) -> Vec<Value> {
     code.enter(Phase::ReducedForce);
     let derivative = if direction.is_empty() { "" } else { "d_" };
-    let name = |joint: usize| format!("{derivative}y_{}{direction}", labels.joints[joint]);
+    let name = |joint: usize| format!("{derivative}y_{}{direction}", labels.speeds[joint]);
     mass.reduce(code, force, name)
 }
 
@@ -116,14 +117,19 @@ fn factored(
     labels: &Labels,
     outputs: &[Output],
 ) -> (ByEntry, Closure) {
-    let nodes = &equations.topology.nodes;
-    let order: Vec<usize> = nodes.iter().map(|node| node.joint.index()).collect();
+    let topology = &equations.topology;
+    let nodes = topology.nodes.iter().enumerate();
+    let order: Vec<(NodeId, usize)> = nodes
+        .flat_map(|(index, node)| {
+            node.speeds(&topology.mechanism).map(move |speed| (NodeId(index), speed))
+        })
+        .collect();
     let mass = ByEntry::of(code, entries_of(outputs, "mass"), &order, labels);
     let jacobian = entries_of(outputs, "jacobian").chunks_exact(order.len().max(1));
     code.enter(Phase::ReducedClosureJacobian);
     let mut rows = Vec::new();
     for (row, entries) in jacobian.enumerate() {
-        let name = |joint: usize| format!("y{}_{}", labels.row(row), labels.joints[joint]);
+        let name = |joint: usize| format!("y{}_{}", labels.row(row), labels.speeds[joint]);
         rows.push(mass.reduce(code, entries, name));
     }
     let closure = Closure::of(code, labels, mass.inverse_pivots(), &rows);
@@ -139,12 +145,12 @@ fn by_body(equations: &Equations, elimination: &Elimination, kind: FunctionKind)
     let rows: Vec<Vec<Value>> = rows.map(<[_]>::to_vec).collect();
     let labels = &Labels::of(equations);
     for (row, entries) in rows.iter().enumerate() {
-        for (&value, joint) in entries.iter().zip(&labels.joints) {
+        for (&value, joint) in entries.iter().zip(&labels.speeds) {
             code.rename(value, || format!("y{}_{joint}", labels.row(row)));
         }
     }
     let reduced = entries_of(&outputs, "reduced");
-    for (&value, joint) in reduced.iter().zip(&labels.joints) {
+    for (&value, joint) in reduced.iter().zip(&labels.speeds) {
         code.rename(value, || format!("y_{joint}"));
     }
     let closure = Closure::of(&mut code, labels, &inverse_pivots, &rows);
@@ -213,9 +219,9 @@ fn jacobian(equations: &Equations, tangent: &Function) -> Function {
         let [derivative, _] = factors.solve(&mut code, &called, &y, &changes[1]);
         derivative
     };
-    let joints = || (0..n).map(JointId);
-    let by_position: Vec<_> = joints().map(|joint| along(Moving::Position(joint))).collect();
-    let by_speed: Vec<_> = joints().map(|joint| along(Moving::Rate(joint))).collect();
+    let speeds = || (0..n).map(SpeedId);
+    let by_position: Vec<_> = speeds().map(|speed| along(Moving::Position(speed))).collect();
+    let by_speed: Vec<_> = speeds().map(|speed| along(Moving::Rate(speed))).collect();
     let by_time = along(Moving::Time);
     let matrix = |name, columns: &[Vec<Value>]| {
         let entries = (0..n).flat_map(|row| columns.iter().map(move |column| column[row]));

@@ -4,7 +4,9 @@
 use lamc_runtime::plumbing::{
     Balance, Dimensions, Drive, EquationsMut, Margin, ProjectionMut, workspace_len,
 };
-use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, StateOf};
+use lamc_runtime::{
+    Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body,
+};
 
 use super::ir::{Interface, Program, Slot};
 use super::signature::{Argument, FunctionKind};
@@ -229,16 +231,18 @@ impl<E: Engine> Mechanism for Executable<E> {
             drives: interface.driven().len(),
             parameters: interface.parameters.len(),
             inputs: interface.inputs.len(),
-            ..Dimensions::of_joints(interface.joints.len())
+            coordinates: interface.coordinates(),
+            speeds: interface.speeds(),
+            joints: interface.joints.len(),
         }
     }
 
     fn speeds(&self) -> Vec<f64> {
-        vec![0.0; self.interface.joints.len()]
+        vec![0.0; self.interface.speeds()]
     }
 
     fn matrix(&self) -> Vec<f64> {
-        vec![0.0; self.interface.joints.len() * self.interface.joints.len()]
+        vec![0.0; self.interface.speeds() * self.interface.speeds()]
     }
 
     fn workspace(&self) -> Vec<f64> {
@@ -255,16 +259,42 @@ impl<E: Engine> Mechanism for Executable<E> {
     }
 
     fn initial(&self) -> StateOf<Self> {
-        let joints = &self.interface.joints;
+        let Interface { joints, free, .. } = &self.interface;
+        let q = joints.iter().map(|joint| joint.initial_q);
+        let u = joints.iter().map(|joint| joint.initial_u);
         lamc_runtime::State {
             t: 0.0,
-            q: joints.iter().map(|joint| joint.initial_q).collect(),
-            u: joints.iter().map(|joint| joint.initial_u).collect(),
+            q: q.chain(free.iter().flat_map(|body| body.q)).collect(),
+            u: u.chain(free.iter().flat_map(|body| body.u)).collect(),
         }
     }
 
     fn is_pinned(&self, joint: usize) -> bool {
         self.interface.joints.get(joint).is_some_and(|joint| joint.initial_given)
+    }
+
+    fn advance(&self, q: &mut [f64], step: &[f64]) {
+        free_body::advance(q, step, self.interface.joints.len());
+    }
+
+    fn write_rates(&self, q: &[f64], u: &[f64], out: &mut [f64]) {
+        free_body::write_rates(q, u, out, self.interface.joints.len());
+    }
+
+    fn write_difference(&self, from: &[f64], to: &[f64], out: &mut [f64]) {
+        free_body::write_difference(from, to, out, self.interface.joints.len());
+    }
+
+    fn normalise(&self, q: &mut [f64]) {
+        free_body::normalise(q, self.interface.joints.len());
+    }
+
+    fn momentum(&self, q: &Vec<f64>, u: &Vec<f64>) -> Result<Momentum<f64>, Error> {
+        let mut out = [[f64::NAN; 3]; 3];
+        let at = State { q, u, ..State::default() };
+        self.evaluate(FunctionKind::Momentum, at, &mut [out.as_flattened_mut()])?;
+        let [centre, linear, angular] = out;
+        Ok(Momentum { centre, linear, angular })
     }
 
     fn energy(&self, t: f64, q: &Vec<f64>, u: &Vec<f64>) -> Result<Energy<f64>, Error> {

@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::serial;
 use super::signature::FunctionKind;
 use super::{Fact, Section};
+use crate::source::free::{COORDINATE_NAMES, COORDINATES, SPEED_NAMES, SPEEDS};
 use crate::source::ids::index;
-use crate::source::{InputId, JointId, ParameterId};
+use crate::source::{CoordinateId, InputId, JointId, ParameterId, SpeedId};
 
 index!(
     /// The result of an instruction of the same function.
@@ -51,29 +52,30 @@ pub enum Op {
 pub enum Slot {
     /// t, s.
     Time,
-    /// q, rad.
-    Position(JointId),
-    /// u, rad/s.
-    Rate(JointId),
+    /// q: rad, of free bodies m and pure numbers.
+    Position(CoordinateId),
+    /// u: rad/s, of free bodies m/s too.
+    Rate(SpeedId),
     /// A parameter.
     Parameter(ParameterId),
     /// An input.
     Input(InputId),
-    /// Given du/dt, rad/s^2.
-    Acceleration(JointId),
+    /// Given du/dt: rad/s^2, of free bodies m/s^2 too.
+    Acceleration(SpeedId),
     /// Given closure force lambda of a row, N.
     Multiplier(usize),
     /// The direction of a derivative: the rate at which another slot changes.
     Change(Moving),
 }
 
-/// What a [`Slot::Change`] is the rate of.
+/// What a [`Slot::Change`] is the rate of. The change of q has an entry for each speed: q changes as at that
+/// speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Slot`")]
 pub enum Moving {
     Time,
-    Position(JointId),
-    Rate(JointId),
+    Position(SpeedId),
+    Rate(SpeedId),
     Parameter(ParameterId),
     Input(InputId),
 }
@@ -130,6 +132,36 @@ pub struct Program {
 }
 
 impl Interface {
+    /// NQ, the length of q.
+    pub fn coordinates(&self) -> usize {
+        self.joints.len() + COORDINATES * self.free.len()
+    }
+
+    /// NU, the length of u.
+    pub fn speeds(&self) -> usize {
+        self.joints.len() + SPEEDS * self.free.len()
+    }
+
+    /// The name of a coordinate: that of the joint, or one of `body.x` to `body.qz`.
+    pub fn coordinate_name(&self, id: CoordinateId) -> String {
+        self.name_of(id.index(), &COORDINATE_NAMES)
+    }
+
+    /// The name of a speed: that of the joint, or one of `body.vx` to `body.wz`.
+    pub fn speed_name(&self, id: SpeedId) -> String {
+        self.name_of(id.index(), &SPEED_NAMES)
+    }
+
+    fn name_of(&self, index: usize, parts: &[&str]) -> String {
+        match index.checked_sub(self.joints.len()) {
+            None => self.joints[index].name.clone(),
+            Some(beyond) => {
+                let body = &self.free[beyond / parts.len()].name;
+                format!("{body}.{}", parts[beyond % parts.len()])
+            }
+        }
+    }
+
     /// The driven joints, in the order of the drives.
     pub fn driven(&self) -> Vec<JointId> {
         let joints = self.joints.iter().enumerate().filter(|(_, joint)| joint.driven);
@@ -155,6 +187,8 @@ pub struct Interface {
     pub source_hash: String,
     /// Joints, in the order of q and u.
     pub joints: Vec<JointInfo>,
+    /// Free bodies, in file order: q and u go on with theirs.
+    pub free: Vec<FreeBodyInfo>,
     /// Body names, in file order.
     pub bodies: Vec<BodyInfo>,
     /// Nodes of the tree: bodies by name, ghosts with the loop they close.
@@ -196,6 +230,17 @@ pub struct JointInfo {
     pub initial_u: f64,
     /// Whether it follows a prescribed angle.
     pub driven: bool,
+}
+
+/// A free body, as a caller sees it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FreeBodyInfo {
+    /// The body's name.
+    pub name: String,
+    /// Its coordinates at the start.
+    pub q: [f64; COORDINATES],
+    /// Its speeds at the start.
+    pub u: [f64; SPEEDS],
 }
 
 /// A body, as a caller sees it.

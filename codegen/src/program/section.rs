@@ -105,6 +105,7 @@ macro_rules! phases {
 phases! {
     Formula, "formula of the model", "the model's operations, in their order";
     HingeAngle, "hinge angle", "s = sin q, c = cos q";
+    Orientation, "orientation of a free body", "A = 1 + 2 w [v]x + 2 [v]x [v]x, v = (x, y, z)";
     Placement, "placement", "A = A_parent R, p = p_parent + A_parent r";
     AngularVelocity, "angular velocity", "w = R^T w_parent + u e_x";
     Velocity, "velocity", "v = R^T (v_parent + w_parent x r)";
@@ -157,6 +158,8 @@ phases! {
     IndependentAcceleration, "independent accelerations", "N^T M N y = N^T (f - M p)";
     Combination, "accelerations of all joints", "du/dt = N y + p";
     EliminationMargin, "margin of the elimination", "its smallest pivot, its largest entry of N";
+    Momentum, "momentum", "m v + w x h, I w + h x v + (p - centre) x (m v + w x h)";
+    FreeElimination, "factor of a free body's inertia", "(I, H, M) = L^T D L";
     Output, "results", "what the function returns";
 }
 

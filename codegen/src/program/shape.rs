@@ -55,7 +55,7 @@ pub enum Size {
     Fixed(usize),
     /// NQ: the coordinates q.
     Coordinates,
-    /// NU: the speeds u. For hinges there are as many as coordinates.
+    /// NU: the speeds u. Without free bodies there are as many as coordinates.
     Speeds,
     /// J: the joints.
     Joints,
@@ -80,7 +80,9 @@ impl Size {
     pub fn of(self, interface: &Interface) -> usize {
         match self {
             Self::Fixed(count) => count,
-            Self::Coordinates | Self::Speeds | Self::Joints => interface.joints.len(),
+            Self::Coordinates => interface.coordinates(),
+            Self::Speeds => interface.speeds(),
+            Self::Joints => interface.joints.len(),
             Self::Rows => interface.rows,
             Self::Residuals => 9 * interface.loops.len(),
             Self::Bodies => interface.bodies.len(),

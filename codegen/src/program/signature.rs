@@ -20,6 +20,7 @@ pub enum FunctionKind {
     Energy,
     Drives,
     Reactions,
+    Momentum,
     Tangent,
     Acceleration,
     Projection,
@@ -28,8 +29,8 @@ pub enum FunctionKind {
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 11] = {
-        let mut all = [Self::Equations; 11];
+    pub const ALL: [Self; 12] = {
+        let mut all = [Self::Equations; 12];
         let mut index = 0;
         while index < all.len() {
             all[index] = SIGNATURES[index].kind;
@@ -199,7 +200,7 @@ const MARGIN: Array = vector(
 );
 
 /// Every function, in the order of [`FunctionKind`].
-pub const SIGNATURES: [Signature; 11] = [
+pub const SIGNATURES: [Signature; 12] = [
     Signature {
         kind: FunctionKind::Equations,
         name: "equations",
@@ -286,6 +287,19 @@ pub const SIGNATURES: [Signature; 11] = [
             "the force, then the moment",
         )],
         doc: "The force and the moment that each hinge transmits",
+    },
+    Signature {
+        kind: FunctionKind::Momentum,
+        name: "momentum",
+        role: Role::Output,
+        inputs: VELOCITY,
+        outputs: &[array(
+            "momentum",
+            Shape(Size::Fixed(3), Size::Fixed(3)),
+            "m, kg m/s, kg m^2/s",
+            "the centre of mass, the linear momentum, and the angular momentum about that centre",
+        )],
+        doc: "The centre of mass of all moving bodies together, and their momenta, in the base frame",
     },
     Signature {
         kind: FunctionKind::Tangent,

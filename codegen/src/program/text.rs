@@ -57,11 +57,11 @@ impl Program {
         let interface = &self.interface;
         let (argument, index) = slot.place();
         let element = match slot {
-            Slot::Position(id) | Slot::Rate(id) | Slot::Acceleration(id) => {
-                interface.joints[id.index()].name.clone()
-            }
-            Slot::Change(Moving::Position(id) | Moving::Rate(id)) => {
-                interface.joints[id.index()].name.clone()
+            Slot::Position(id) => interface.coordinate_name(id),
+            Slot::Rate(id)
+            | Slot::Acceleration(id)
+            | Slot::Change(Moving::Position(id) | Moving::Rate(id)) => {
+                interface.speed_name(id)
             }
             Slot::Parameter(id) | Slot::Change(Moving::Parameter(id)) => {
                 interface.parameters[id.index()].name.clone()

@@ -198,8 +198,8 @@ mod tests {
         for kind in FunctionKind::ALL {
             for (slot, argument) in [
                 (Slot::Time, "t"),
-                (Slot::Position(JointId(1)), "q"),
-                (Slot::Rate(JointId(1)), "u"),
+                (Slot::Position(CoordinateId(1)), "q"),
+                (Slot::Rate(SpeedId(1)), "u"),
                 (Slot::Multiplier(2), "lambda"),
                 (Slot::Change(Moving::Time), "dt"),
             ] {
@@ -209,7 +209,7 @@ mod tests {
                 assert_eq!(check(kind, slot), expected, "{kind:?} {slot:?}");
             }
         }
-        for slot in [Slot::Position(JointId(2)), Slot::Multiplier(3)] {
+        for slot in [Slot::Position(CoordinateId(2)), Slot::Multiplier(3)] {
             let kind = FunctionKind::Reactions;
             assert_eq!(check(kind, slot), Err(VerifyError::Slot(kind, Value(1), slot)));
         }
@@ -221,7 +221,7 @@ mod tests {
         for signature in &SIGNATURES {
             let kind = signature.kind;
             let slot =
-                if kind == FunctionKind::Drives { Slot::Time } else { Slot::Position(JointId(0)) };
+                if kind == FunctionKind::Drives { Slot::Time } else { Slot::Position(CoordinateId(0)) };
             let right = reading(&interface, kind, slot);
             assert_eq!(verify_function(&interface, &right), Ok(()));
             let none = Function { outputs: Vec::new(), ..right.clone() };

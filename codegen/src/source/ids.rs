@@ -27,6 +27,14 @@ index!(
     JointId
 );
 index!(
+    /// A coordinate, an entry of q: the angles of the joints in file order, then seven of each free body.
+    CoordinateId
+);
+index!(
+    /// A speed, an entry of u: those of the joints in file order, then six of each free body.
+    SpeedId
+);
+index!(
     /// A parameter: the declared parameters in file order, then those made by `tunable`.
     ParameterId
 );
@@ -38,3 +46,15 @@ index!(
     /// An output point, in file order.
     PointId
 );
+
+impl JointId {
+    /// Returns its coordinate, the angle.
+    pub fn coordinate(self) -> CoordinateId {
+        CoordinateId(self.0)
+    }
+
+    /// Returns its speed.
+    pub fn speed(self) -> SpeedId {
+        SpeedId(self.0)
+    }
+}

@@ -18,6 +18,7 @@ pub mod expression;
 pub mod fields;
 mod file;
 mod formula;
+pub mod free;
 pub mod ids;
 mod lower;
 mod model;
@@ -45,7 +46,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanne
 pub use edit::EditError;
 pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
-pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
+pub use ids::{BodyId, CoordinateId, InputId, JointId, ParameterId, PointId, SpeedId};
 pub use model::*;
 pub use names::{alternatives, closest as closest_name, is_identifier, is_keyword};
 pub use polynomial::{Polynomial, Term};

@@ -45,6 +45,8 @@ pub struct SourceModel {
     pub initial_u: Vec<(JointId, f64)>,
     /// Share of the joints' `fold` at which those start that are not in `initial_q`: from 0 to 1.
     pub initial_fold: Option<Spanned<f64>>,
+    /// Initial states of the free bodies under `initial`.
+    pub initial_bodies: Vec<(BodyId, InitialBody)>,
     /// Output points.
     pub points: Vec<Point>,
     /// Forces at points.
@@ -74,6 +76,29 @@ pub struct HingeModel {
     pub damping: Polynomial,
     /// Length (m), width (m) and area (m^2) of the hinges that were measured.
     pub specimens: Vec<[f64; 3]>,
+}
+
+/// Where a free body is at the start, and how it moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InitialBody {
+    /// How far its centre of mass is from where it is drawn, m.
+    pub position: [f64; 3],
+    /// Its orientation, a unit quaternion w x y z.
+    pub orientation: [f64; 4],
+    /// Velocity of its centre of mass in the base frame, m/s.
+    pub velocity: [f64; 3],
+    /// Angular velocity in its own frame, rad/s.
+    pub angular_velocity: [f64; 3],
+}
+
+impl InitialBody {
+    /// As drawn, at rest.
+    pub const DRAWN: Self = Self {
+        position: [0.0; 3],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        velocity: [0.0; 3],
+        angular_velocity: [0.0; 3],
+    };
 }
 
 /// Air, which resists moving plates.
@@ -107,6 +132,8 @@ pub struct Body {
     pub name: Spanned<String>,
     /// Whether the body is part of the ground.
     pub fixed: bool,
+    /// Whether the body moves in all six directions.
+    pub free: bool,
     /// Source of its mass properties.
     pub shape: Shape,
     /// Cuts without width through all layers of its plates: two ends each, m. They do not change its motion.

@@ -94,7 +94,9 @@ fn initial(out: &mut String, model: &SourceModel) {
         format!("{{ {} }}", named.collect::<Vec<_>>().join(", "))
     };
     let share = model.initial_fold.as_ref();
-    if share.is_some() || !(model.initial_q.is_empty() && model.initial_u.is_empty()) {
+    let states = &model.initial_bodies;
+    let of_joints = !(model.initial_q.is_empty() && model.initial_u.is_empty());
+    if share.is_some() || of_joints || !states.is_empty() {
         line(out, 0, "initial:");
         share.into_iter().for_each(|fold| line(out, 1, &format!("fold: {}", number(fold.value))));
         for (key, values) in [("q", &model.initial_q), ("u", &model.initial_u)] {
@@ -102,6 +104,15 @@ fn initial(out: &mut String, model: &SourceModel) {
                 line(out, 1, &format!("{key}: {}", guess(values)));
             }
         }
+        section_at(out, 1, "bodies", states, |out, (id, state)| {
+            let fields = [
+                format!("position: {}", list(&state.position)),
+                format!("orientation: {}", list(&state.orientation)),
+                format!("velocity: {}", list(&state.velocity)),
+                format!("angular_velocity: {}", list(&state.angular_velocity)),
+            ];
+            mapping(out, 2, &model.bodies[id.index()].name.value, &fields);
+        });
     }
 }
 
@@ -120,9 +131,19 @@ fn mapping(out: &mut String, indent: usize, key: &str, fields: &[String]) {
     fields.iter().for_each(|field| line(out, indent + 1, field));
 }
 
-fn section<T>(out: &mut String, key: &str, items: &[T], mut write: impl FnMut(&mut String, &T)) {
+fn section<T>(out: &mut String, key: &str, items: &[T], write: impl FnMut(&mut String, &T)) {
+    section_at(out, 0, key, items, write);
+}
+
+fn section_at<T>(
+    out: &mut String,
+    indent: usize,
+    key: &str,
+    items: &[T],
+    mut write: impl FnMut(&mut String, &T),
+) {
     if !items.is_empty() {
-        line(out, 0, &format!("{key}:"));
+        line(out, indent, &format!("{key}:"));
         items.iter().for_each(|item| write(out, item));
     }
 }
@@ -156,12 +177,19 @@ fn body(out: &mut String, body: &Body) {
     let is_bare =
         matches!(body.shape, Shape::None) && body.point_masses.is_empty() && body.slits.is_empty();
     if is_bare {
-        let fixed = if body.fixed { " fixed: true " } else { "" };
-        return line(out, 1, &format!("{}: {{{fixed}}}", body.name.value));
+        let mark = match (body.fixed, body.free) {
+            (true, _) => " fixed: true ",
+            (_, true) => " free: true ",
+            _ => "",
+        };
+        return line(out, 1, &format!("{}: {{{mark}}}", body.name.value));
     }
     line(out, 1, &format!("{}:", body.name.value));
     if body.fixed {
         line(out, 2, "fixed: true");
+    }
+    if body.free {
+        line(out, 2, "free: true");
     }
     match &body.shape {
         Shape::None => {}

@@ -48,8 +48,11 @@ impl<'a> Closure<'a> {
         joints: Vec<JointId>,
     ) -> Self {
         let hinges = |path: &[NodeId]| {
-            let node = |node: &NodeId| &nodes[node.index()];
-            path.iter().map(node).map(|node| (node.joint, node.sense)).collect()
+            let hinge = |node: &NodeId| {
+                let node = &nodes[node.index()];
+                Some((node.joint()?, node.sense))
+            };
+            path.iter().filter_map(hinge).collect()
         };
         let chains = |closed: &Loop| Chains {
             rows: closed.rows.clone(),

@@ -1,19 +1,21 @@
 //! The spanning tree and its loops.
 //!
-//! Every joint has exactly one node, the body (or copy of a body) whose parent joint it is, so
-//! nodes and joints correspond one to one. A joint that closes a loop carries a ghost: a second
+//! Every joint has exactly one node, the body (or copy of a body) whose parent joint it is, and
+//! every free body has one, without a parent. A joint that closes a loop carries a ghost: a second
 //! copy of a body that is already in the tree, which must coincide with the original.
 //!
 //! The loops are the shortest ones. A loop whose two sides are not paths of the tree has copies of
 //! its bodies of its own, which carry no mass: its closure depends only on the joints around it.
 
 use std::fmt;
+use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::laminate::Mechanism;
+use crate::laminate::{FreeId, Mechanism};
 use crate::source::ids::index;
+use crate::source::free::SPEEDS;
 use crate::source::{BodyId, Diagnostics, JointId};
 
 index!(
@@ -41,7 +43,7 @@ pub struct Topology {
     pub loops: Vec<Loop>,
     /// Generic rank of the closure Jacobian of all loops together.
     pub rank: usize,
-    /// Degrees of freedom: number of joints minus `rank`. They are fewer if loops close in isolated
+    /// Degrees of freedom: number of speeds minus `rank`. They are fewer if loops close in isolated
     /// configurations only, although they have fewer equations than joints.
     pub mobility: usize,
     /// How the speeds of all joints follow from independent ones, if pivots were found that suit the
@@ -71,11 +73,20 @@ pub struct Pivot {
     pub joint: JointId,
 }
 
+/// What connects a node with its parent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Connection {
+    /// A hinge.
+    Hinge(JointId),
+    /// Nothing: the node is a free body, and its parent is the ground.
+    Free(FreeId),
+}
+
 /// A body, or the ghost of a body, with its parent joint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Node {
-    /// Its parent joint.
-    pub joint: JointId,
+    /// Its parent joint, or that it is free.
+    pub connection: Connection,
     /// The body, or the body of which it is a copy.
     pub body: BodyId,
     /// The loop whose ghost it is; `None` for an original. A copy in a loop has that loop.
@@ -166,12 +177,32 @@ impl fmt::Display for Loop {
     }
 }
 
+impl Node {
+    /// Returns its parent joint; a free body has none.
+    pub fn joint(&self) -> Option<JointId> {
+        match self.connection {
+            Connection::Hinge(joint) => Some(joint),
+            Connection::Free(_) => None,
+        }
+    }
+
+    /// Returns the speeds with which it moves relative to its parent.
+    pub fn speeds(&self, mechanism: &Mechanism) -> Range<usize> {
+        let (first, count) = match self.connection {
+            Connection::Hinge(joint) => (joint.speed(), 1),
+            Connection::Free(free) => (mechanism.speed_of(free), SPEEDS),
+        };
+        first.index()..first.index() + count
+    }
+}
+
 impl Topology {
-    /// Returns the number of hinges from the ground to each node, including its parent joint.
+    /// Returns the number of speeds on which the motion of each node depends.
     pub fn depths(&self) -> Vec<usize> {
         let mut depths: Vec<usize> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
-            depths.push(1 + node.parent.map_or(0, |parent| depths[parent.index()]));
+            let above = node.parent.map_or(0, |parent| depths[parent.index()]);
+            depths.push(above + node.speeds(&self.mechanism).len());
         }
         depths
     }

@@ -69,18 +69,22 @@ fn around(tree: &Tree, nodes: &[NodeId]) -> BTreeSet<JointId> {
     let path = |cut: &Cut| cut.sides.concat();
     let paths = tree.cuts.iter().map(path);
     let through = paths.filter(|path| nodes.iter().any(|node| path.contains(node)));
-    through.flatten().map(|node| tree.nodes[node.index()].joint).collect()
+    through.flatten().filter_map(|node| tree.nodes[node.index()].joint()).collect()
 }
 
-/// Returns the nodes for which nothing resists rotation about their parent joint.
+/// Returns the nodes for which nothing resists rotation about their parent joint, and free bodies that nothing
+/// keeps from turning about some axis.
 fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
     let properties = |node: &Node| &mechanism.bodies[node.body.index()].mass_properties;
-    let joint = |node: &Node| &mechanism.joints[node.joint.index()];
+    let joint = |node: &Node| Some(&mechanism.joints[node.joint()?.index()]);
     let bare: Vec<bool> = tree
         .nodes
         .iter()
         .map(|node| {
-            let about = moment(properties(node), joint(node));
+            let about = match joint(node) {
+                Some(joint) => moment(properties(node), joint),
+                None => least(&properties(node).inertia),
+            };
             about <= rounding(properties(node), mechanism.size)
         })
         .collect();
@@ -97,7 +101,14 @@ fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
         .collect();
     let mut composite = articulated.clone();
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        let turn = turning(joint(node), &poses[index]);
+        let Some(joint) = joint(node) else {
+            let left = about_com(&articulated[index]);
+            if bare[index] && least(&left) <= rounding(properties(node), mechanism.size) {
+                idle.push(NodeId(index));
+            }
+            continue;
+        };
+        let turn = turning(joint, &poses[index]);
         let momentum = articulated[index] * turn;
         let pivot = momentum.dot(&turn);
         let rigid = (composite[index] * turn).dot(&turn);
@@ -119,6 +130,21 @@ fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
     idle
 }
 
+/// Returns the least principal moment.
+fn least(inertia: &Matrix3<f64>) -> f64 {
+    inertia.symmetric_eigenvalues().min()
+}
+
+/// Returns the rotational inertia that is left when the body may move in all directions, kg m^2.
+fn about_com(spatial: &Spatial) -> Matrix3<f64> {
+    let [turning, coupling, moving] =
+        [(0, 0), (0, 3), (3, 3)].map(|at| spatial.fixed_view::<3, 3>(at.0, at.1).into_owned());
+    match moving.try_inverse() {
+        Some(inverse) => turning - coupling * inverse * coupling.transpose(),
+        None => Matrix3::zeros(),
+    }
+}
+
 /// Returns a body's inertia about a hinge line, kg m^2.
 fn moment(body: &MassProperties, joint: &Joint) -> f64 {
     (body.inertia_about(&joint.point) * joint.direction).dot(&joint.direction)
@@ -135,8 +161,13 @@ fn rounding(body: &MassProperties, size: f64) -> f64 {
 fn poses(mechanism: &Mechanism, tree: &Tree) -> Vec<Isometry3<f64>> {
     let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(tree.nodes.len());
     for node in &tree.nodes {
-        let joint = &mechanism.joints[node.joint.index()];
-        let angle = node.sense * mechanism.initial_q[node.joint.index()];
+        // Where a free body is does not matter.
+        let Some(id) = node.joint() else {
+            poses.push(Isometry3::identity());
+            continue;
+        };
+        let joint = &mechanism.joints[id.index()];
+        let angle = node.sense * mechanism.initial_q[id.index()];
         let turn = UnitQuaternion::from_scaled_axis(joint.direction * angle);
         let about = Translation3::from(joint.point) * turn * Translation3::from(-joint.point);
         let parent = node.parent.map_or(Isometry3::identity(), |parent| poses[parent.index()]);
@@ -169,8 +200,14 @@ fn turning(joint: &Joint, pose: &Isometry3<f64>) -> Vector6<f64> {
 }
 
 fn nothing_resists(mechanism: &Mechanism, node: &Node) -> Diagnostic {
-    let joint = &mechanism.joints[node.joint.index()];
-    let body = &mechanism.bodies[node.body.index()].name;
+    let body = &mechanism.bodies[node.body.index()];
+    let Some(joint) = node.joint().map(|joint| &mechanism.joints[joint.index()]) else {
+        let message = format!("nothing resists a rotation of the free body `{}`", body.name);
+        return Diagnostic::error(codes::SINGULAR_INERTIA, body.span, message)
+            .label("all its mass lies on one line")
+            .hint("give it an `outline`, or mass away from this line");
+    };
+    let body = &body.name;
     let message = format!("the moment of inertia about `{}` is zero", joint.name);
     Diagnostic::error(codes::SINGULAR_INERTIA, joint.span, message)
         .label(format!("all mass of `{body}` lies on this hinge line"))

@@ -33,8 +33,9 @@ use tree::Cut;
 /// and computes the mobility.
 ///
 /// # Errors
-/// Returns errors for joints that can never turn or about which nothing resists rotation, and for
-/// bodies that no chain of joints connects with the ground.
+/// Returns errors for joints that can never turn or about which nothing resists rotation, for
+/// bodies that no chain of joints connects with the ground or a free body, and for free bodies that one
+/// connects with either.
 pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     let tree = inertia::grow(&mechanism)?;
     let drawn = mechanism.joints.clone();
@@ -181,11 +182,11 @@ fn is_folded(folds: &DVector<f64>, guess: &DVector<f64>, state: &DVector<f64>) -
 fn vertex(closed: &Loop, nodes: &[Node]) -> Option<Vertex> {
     let LoopClass::Spherical { centre } = closed.class else { return None };
     let hinge = |node: &NodeId, along: f64| {
-        let Node { joint, sense, .. } = nodes[node.index()];
-        (joint.index(), along * sense)
+        let node = &nodes[node.index()];
+        Some((node.joint()?.index(), along * node.sense))
     };
-    let there = closed.sides[0].iter().map(|node| hinge(node, 1.0));
-    let back = closed.sides[1].iter().rev().map(|node| hinge(node, -1.0));
+    let there = closed.sides[0].iter().filter_map(|node| hinge(node, 1.0));
+    let back = closed.sides[1].iter().rev().filter_map(|node| hinge(node, -1.0));
     Some(Vertex { hinges: there.chain(back).collect(), centre: centre.xy() })
 }
 
@@ -213,8 +214,9 @@ fn closed_loop(
     warnings: &mut Diagnostics,
 ) -> Loop {
     let [ghost_side, original_side] = &cut.sides;
-    let joint_of = |node: &NodeId| nodes[node.index()].joint;
-    let joints: Vec<JointId> = ghost_side.iter().rev().chain(original_side).map(joint_of).collect();
+    let joint_of = |node: &NodeId| nodes[node.index()].joint();
+    let around = ghost_side.iter().rev().chain(original_side);
+    let joints: Vec<JointId> = around.filter_map(joint_of).collect();
     let lines = HingeLines::new(mechanism, &joints);
     let class = lines.class();
     let writing = lines.writing(&class, nodes[cut.ghost.index()].sense);
@@ -278,7 +280,7 @@ fn whole(
     warnings: &mut Diagnostics,
 ) -> Whole {
     let n = mechanism.joints.len();
-    let mut whole = Whole { rank: 0, mobility: n, assembled: None };
+    let mut whole = Whole { rank: 0, mobility: mechanism.speeds(), assembled: None };
     let mut q = vec![0.0; n];
     let mut held = vec![false; n];
     let (rigid, moving): (Vec<usize>, Vec<usize>) =

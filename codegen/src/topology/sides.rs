@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use super::cycles;
-use super::graph::{LoopId, Node, NodeId};
+use super::graph::{Connection, LoopId, Node, NodeId};
 use super::tree::{Cut, Tree};
 use crate::laminate::Mechanism;
 use crate::source::{BodyId, JointId};
@@ -17,7 +17,7 @@ use crate::source::{BodyId, JointId};
 pub fn shortest(mechanism: &Mechanism, tree: &Tree) -> (Vec<Cut>, Vec<Node>) {
     let around = |cut: &Cut| -> BTreeSet<JointId> {
         let path = cut.sides.iter().flatten();
-        path.map(|node| tree.nodes[node.index()].joint).collect()
+        path.filter_map(|node| tree.nodes[node.index()].joint()).collect()
     };
     let of_tree: Vec<_> = tree.cuts.iter().map(around).collect();
     let cycles = cycles::shortest(mechanism);
@@ -128,7 +128,8 @@ fn copied(
             let sense = if same(mechanism, first, body) { -1.0 } else { 1.0 };
             let node = NodeId(tree.nodes.len() + copies.len());
             let parent = path.last().copied();
-            copies.push(Node { joint, body, ghost: Some(id), parent, sense, share: 0.0 });
+            let connection = Connection::Hinge(joint);
+            copies.push(Node { connection, body, ghost: Some(id), parent, sense, share: 0.0 });
             path.push(node);
         }
         path

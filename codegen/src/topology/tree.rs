@@ -1,9 +1,9 @@
-//! The spanning tree: breadth-first from the ground over the joints in file order.
+//! The spanning tree: breadth-first from the ground and the free bodies over the joints in file order.
 //!
 //! A joint that reaches a body already in the tree closes a loop: it carries a ghost of that body.
 
-use super::graph::{LoopId, Node, NodeId};
-use crate::laminate::Mechanism;
+use super::graph::{Connection, LoopId, Node, NodeId};
+use crate::laminate::{FreeId, Mechanism};
 use crate::source::codes;
 use crate::source::{BodyId, Diagnostic, Diagnostics, JointId};
 
@@ -31,8 +31,8 @@ pub struct Cut {
 /// Grows the tree; loops are cut at the joints `to_cut`.
 ///
 /// # Errors
-/// Returns errors for joints that can never turn and for bodies that no chain of joints connects
-/// with the ground.
+/// Returns errors for joints that can never turn, for bodies that no chain of joints connects
+/// with the ground or a free body, and for free bodies that one connects with either.
 pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnostics> {
     refuse_dead_joints(mechanism)?;
     let bodies = &mechanism.bodies;
@@ -51,8 +51,15 @@ pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnosti
     let mut nodes: Vec<Node> = Vec::new();
     let mut placed: Vec<Option<NodeId>> = vec![None; bodies.len()];
     let mut used = vec![false; mechanism.joints.len()];
-    // The bodies that the search has reached, the ground first.
+    // The bodies that the search has reached, the ground and the free bodies first.
     let mut visited: Vec<Option<NodeId>> = vec![None];
+    for (index, free) in mechanism.free.iter().enumerate() {
+        let id = NodeId(index);
+        placed[free.body.index()] = Some(id);
+        visited.push(Some(id));
+        let connection = Connection::Free(FreeId(index));
+        nodes.push(Node { connection, body: free.body, ghost: None, parent: None, sense: 1.0, share: 1.0 });
+    }
     // Joints at which loops are cut come last, when all bodies are in the tree.
     for closing in [false, true] {
         let mut next = 0;
@@ -81,11 +88,13 @@ pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnosti
                     placed[body.index()] = Some(id);
                     visited.push(Some(id));
                 }
-                nodes.push(Node { joint: *joint, body, ghost, parent, sense, share: 1.0 });
+                let connection = Connection::Hinge(*joint);
+                nodes.push(Node { connection, body, ghost, parent, sense, share: 1.0 });
             }
         }
     }
     refuse_bodies_out_of_reach(mechanism, &placed)?;
+    refuse_held_bodies(mechanism, &nodes)?;
     let cuts = cuts(&mut nodes, &placed);
     share_mass(&mut nodes, bodies.len());
     Ok(Tree { nodes, cuts })
@@ -133,24 +142,74 @@ fn refuse_bodies_out_of_reach(
                 format!("no chain of joints connects body `{}` with the ground", body.name);
             errors.push(
                 Diagnostic::error(codes::OUT_OF_REACH, body.span, message)
-                    .label("not connected with a fixed body")
-                    .hint("add a joint to a body that is connected, or make it `fixed: true`"),
+                    .label("not connected with a fixed or a free body")
+                    .hint(
+                        "add a joint to a body that is connected, or make it `fixed: true` or \
+                         `free: true`",
+                    ),
             );
         }
     }
     if errors.has_errors() { Err(errors) } else { Ok(()) }
 }
 
+/// Refuses free bodies that joints connect with the ground or with each other: such a joint, and no other,
+/// closes a way from the ground to the ground.
+fn refuse_held_bodies(mechanism: &Mechanism, nodes: &[Node]) -> Result<(), Diagnostics> {
+    let root = |mut node: NodeId| loop {
+        match nodes[node.index()].parent {
+            Some(parent) => node = parent,
+            None => break nodes[node.index()].connection,
+        }
+    };
+    let free = |connection| match connection {
+        Connection::Free(free) => Some(free),
+        Connection::Hinge(_) => None,
+    };
+    let mut errors = Diagnostics::default();
+    for (index, ghost) in nodes.iter().enumerate().filter(|(_, node)| node.ghost.is_some()) {
+        let is_original = |node: &&Node| node.ghost.is_none() && node.body == ghost.body;
+        let Some(original) = nodes.iter().position(|node| is_original(&node)) else { continue };
+        let [here, there] = [index, original].map(|node| free(root(NodeId(node))));
+        let (Some(held), Some(joint)) = (there.max(here).filter(|_| here != there), ghost.joint())
+        else {
+            continue;
+        };
+        let body = &mechanism.bodies[mechanism.free[held.index()].body.index()];
+        let other = match here.min(there) {
+            Some(other) => {
+                let body = mechanism.free[other.index()].body;
+                format!("the free body `{}`", mechanism.bodies[body.index()].name)
+            }
+            None => "the ground".to_owned(),
+        };
+        let message = format!("joints connect the free body `{}` with {other}", body.name);
+        let joint = &mechanism.joints[joint.index()];
+        errors.push(
+            Diagnostic::error(codes::HELD_BODY, body.span, message)
+                .label("its joints already say how it moves")
+                .also(joint.span, format!("`{}` closes the connection", joint.name))
+                .hint("leave out its `free: true`: it moves as the joints let it"),
+        );
+        break;
+    }
+    if errors.has_errors() { Err(errors) } else { Ok(()) }
+}
+
 /// Numbers the loops in the order of their joints and walks around each.
 fn cuts(nodes: &mut [Node], placed: &[Option<NodeId>]) -> Vec<Cut> {
-    let mut ghosts: Vec<NodeId> =
-        (0..nodes.len()).map(NodeId).filter(|node| nodes[node.index()].ghost.is_some()).collect();
-    ghosts.sort_by_key(|ghost| nodes[ghost.index()].joint);
+    let closes = |node: &Node| node.ghost.and(node.joint());
+    let mut ghosts: Vec<(JointId, NodeId)> = nodes
+        .iter()
+        .enumerate()
+        .filter_map(|(index, node)| Some((closes(node)?, NodeId(index))))
+        .collect();
+    ghosts.sort();
     let mut cuts = Vec::new();
-    for (index, ghost) in ghosts.into_iter().enumerate() {
+    for (index, (joint, ghost)) in ghosts.into_iter().enumerate() {
         let node = &mut nodes[ghost.index()];
         node.ghost = Some(LoopId(index));
-        let (joint, body) = (node.joint, node.body);
+        let body = node.body;
         let Some(original) = placed[body.index()] else { continue };
         let (mut ghost_path, mut original_path) = (path(nodes, ghost), path(nodes, original));
         let shared = ghost_path.iter().zip(&original_path).take_while(|(a, b)| a == b).count();

@@ -16,7 +16,7 @@ fn functions() -> impl Strategy<Value = Function> {
     let choice =
         (0..20_u8, any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2.0..2.0_f64);
     prop::collection::vec(choice, 1..3500).prop_map(|choices| {
-        let mut ops: Vec<Op> = (0..LOADS).map(|j| Op::Load(Slot::Position(JointId(j)))).collect();
+        let mut ops: Vec<Op> = (0..LOADS).map(|j| Op::Load(Slot::Position(CoordinateId(j)))).collect();
         for (kind, x, y, number) in choices {
             let (x, y) = (Value(x.index(ops.len())), Value(y.index(ops.len())));
             ops.push(match kind {
@@ -96,7 +96,7 @@ proptest! {
 #[test]
 fn clones_run_in_threads() {
     let ops = [
-        Op::Load(Slot::Position(JointId(0))),
+        Op::Load(Slot::Position(CoordinateId(0))),
         Op::Sin(Value(0)),
         Op::Const(3.0),
         Op::Mul(Value(1), Value(2)),

@@ -69,16 +69,17 @@ impl Chain {
         let relative = |point: Vector3<f64>| (point - origin) / mechanism.size;
         let hinge = |id: &NodeId, along: f64| {
             let node = topology.node(*id);
-            let joint = &mechanism.joints[node.joint.index()];
-            Hinge {
-                joint: node.joint.index(),
+            let id = node.joint()?;
+            let joint = &mechanism.joints[id.index()];
+            Some(Hinge {
+                joint: id.index(),
                 sense: along * node.sense,
                 direction: joint.direction,
                 point: relative(joint.point),
-            }
+            })
         };
-        let there = closed.sides[0].iter().map(|node| hinge(node, 1.0));
-        let back = closed.sides[1].iter().rev().map(|node| hinge(node, -1.0));
+        let there = closed.sides[0].iter().filter_map(|node| hinge(node, 1.0));
+        let back = closed.sides[1].iter().rev().filter_map(|node| hinge(node, -1.0));
         Self {
             hinges: there.chain(back).collect(),
             rows: if centre.is_some() { 3 } else { 6 },

@@ -159,18 +159,22 @@ impl Fold {
         self.problem.equations.chains[number].joints().collect()
     }
 
-    /// Returns the poses of all bodies at some angles.
+    /// Returns the poses of all bodies at some angles; free bodies stay as drawn.
     pub fn poses(&self, q: &[f64]) -> Vec<Pose> {
         let mechanism = &self.topology.mechanism;
         let mut placed: Vec<(Matrix3<f64>, Vector3<f64>)> =
             Vec::with_capacity(self.topology.nodes.len());
         let mut poses = vec![(Matrix3::identity(), Vector3::zeros()); mechanism.bodies.len()];
         for node in &self.topology.nodes {
-            let joint = &mechanism.joints[node.joint.index()];
             let ground = (Matrix3::identity(), Vector3::zeros());
+            let Some(id) = node.joint() else {
+                placed.push(ground);
+                continue;
+            };
+            let joint = &mechanism.joints[id.index()];
             let (turn, shift) = node.parent.map_or(ground, |parent| placed[parent.index()]);
             let about = Unit::new_unchecked(joint.direction);
-            let angle = node.sense * q[node.joint.index()];
+            let angle = node.sense * q[id.index()];
             let turned = turn * Rotation3::from_axis_angle(&about, angle).into_inner();
             let pose = (turned, turn * joint.point + shift - turned * joint.point);
             if node.ghost.is_none() {

@@ -193,7 +193,7 @@ fn value(value: &Value) -> Json {
             "propertyNames": reference(name_definition(*kind)),
             "additionalProperties": self::value(of),
         }),
-        Value::PerJoint(of) => json!({
+        Value::Per(_, of) => json!({
             "type": "object",
             "propertyNames": { "pattern": IDENTIFIER },
             "additionalProperties": self::value(of),

@@ -124,7 +124,7 @@ fn described(value: &Value) -> String {
         Value::List { form, .. } => (*form).into(),
         Value::Mapping(mapping) => format!("a mapping ({})", link(mapping)),
         Value::Named(_, of) => format!("by name: {}", described(of)),
-        Value::PerJoint(of) => format!("by joint: {}", described(of)),
+        Value::Per(kind, of) => format!("by {kind}: {}", described(of)),
         Value::OneOf { by, variants } => {
             let links: Vec<String> = variants.iter().map(|(_, mapping)| link(mapping)).collect();
             format!("a mapping that depends on its `{by}`: {}", listed(&links, "or"))

@@ -14,11 +14,12 @@ use crate::program::{FunctionKind, JointInfo, Program};
 pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, generic, bound, constants, zero, .. } = syntax;
     let (model, interface) = (model(program), &program.interface);
-    let n = number(interface.joints.len());
-    let square = number(interface.joints.len() * interface.joints.len());
+    let [nq, n] = [interface.coordinates(), interface.speeds()].map(number);
+    let square = number(interface.speeds() * interface.speeds());
     let (bodies, points) = (number(interface.bodies.len()), number(interface.points.len()));
-    let table = |f: &dyn Fn(&JointInfo) -> f64| {
-        let entries: Vec<_> = interface.joints.iter().map(|j| constant(choice, f(j))).collect();
+    let table = |f: &dyn Fn(&JointInfo) -> f64, free: Vec<f64>| {
+        let entries = interface.joints.iter().map(f).chain(free);
+        let entries: Vec<_> = entries.map(|value| constant(choice, value)).collect();
         quote!([#(#entries),*])
     };
     let limits = interface.joints.iter().map(|joint| {
@@ -26,18 +27,22 @@ pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> To
         quote!([#least, #greatest])
     });
     let unlimited = [f64::NEG_INFINITY, f64::INFINITY].map(|limit| constant(choice, limit));
-    let (positions, speeds) = (table(&|joint| joint.initial_q), table(&|joint| joint.initial_u));
+    let free = &interface.free;
+    let positions =
+        table(&|joint| joint.initial_q, free.iter().flat_map(|body| body.q).collect());
+    let speeds = table(&|joint| joint.initial_u, free.iter().flat_map(|body| body.u).collect());
     let pinned = interface.joints.iter().map(|joint| joint.initial_given);
     let size = constant(choice, interface.size);
     let (dimensions, allowances) = (dimensions(program), allowances());
     let (evaluations, functions) = (evaluations(program, syntax), functions(program, syntax));
+    let steps = steps(program, scalar, false);
     quote! {
         #dimensions
 
         #allowances
         impl #bound ::lamc_runtime::Mechanism for #model #generic {
             type Scalar = #scalar;
-            type Coordinates = [#scalar; #n];
+            type Coordinates = [#scalar; #nq];
             type Speeds = [#scalar; #n];
             type Matrix = [#scalar; #square];
             type Workspace = [#scalar; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)];
@@ -62,8 +67,37 @@ pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> To
             fn is_pinned(&self, joint: usize) -> bool {
                 [#(#pinned),*].get(joint).copied().unwrap_or(false)
             }
+            #steps
             #evaluations
             #functions
+        }
+    }
+}
+
+/// Returns the trait methods that change the coordinates of free bodies, if there are any; for lanes without
+/// the one that no algorithm of theirs needs.
+fn steps(program: &Program, scalar: &TokenStream, in_lanes: bool) -> TokenStream {
+    if program.interface.free.is_empty() {
+        return TokenStream::new();
+    }
+    let joints = number(program.interface.joints.len());
+    let difference = (!in_lanes).then(|| {
+        quote! {
+            fn write_difference(&self, from: &[#scalar], to: &[#scalar], out: &mut [#scalar]) {
+                ::lamc_runtime::free_body::write_difference(from, to, out, #joints);
+            }
+        }
+    });
+    quote! {
+        fn advance(&self, q: &mut [#scalar], step: &[#scalar]) {
+            ::lamc_runtime::free_body::advance(q, step, #joints);
+        }
+        fn write_rates(&self, q: &[#scalar], u: &[#scalar], out: &mut [#scalar]) {
+            ::lamc_runtime::free_body::write_rates(q, u, out, #joints);
+        }
+        #difference
+        fn normalise(&self, q: &mut [#scalar]) {
+            ::lamc_runtime::free_body::normalise(q, #joints);
         }
     }
 }
@@ -80,6 +114,14 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
         functions.extend(quote! {
             fn energy(&self, t: #scalar, q: &Self::Coordinates, u: &Self::Speeds) -> #result {
                 Ok(#model::energy(self, t, q, u))
+            }
+        });
+    }
+    if has(program, FunctionKind::Momentum) {
+        let result = result(quote!(::lamc_runtime::Momentum<#scalar>));
+        functions.extend(quote! {
+            fn momentum(&self, q: &Self::Coordinates, u: &Self::Speeds) -> #result {
+                Ok(#model::momentum(self, q, u))
             }
         });
     }
@@ -104,8 +146,10 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
 
 fn dimensions(program: &Program) -> TokenStream {
     let interface = &program.interface;
-    let n = number(interface.joints.len());
-    let [rows, rank, loops, bodies, points, drives, parameters, inputs] = [
+    let [nq, nu, joints, rows, rank, loops, bodies, points, drives, parameters, inputs] = [
+        interface.coordinates(),
+        interface.speeds(),
+        interface.joints.len(),
         interface.rows,
         interface.rank,
         interface.loops.len(),
@@ -119,7 +163,7 @@ fn dimensions(program: &Program) -> TokenStream {
     quote! {
         const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions =
             ::lamc_runtime::plumbing::Dimensions {
-                coordinates: #n, speeds: #n, joints: #n, rows: #rows, rank: #rank, loops: #loops,
+                coordinates: #nq, speeds: #nu, joints: #joints, rows: #rows, rank: #rank, loops: #loops,
                 bodies: #bodies, points: #points, drives: #drives, parameters: #parameters,
                 inputs: #inputs,
             };
@@ -304,7 +348,7 @@ pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> To
         return TokenStream::new();
     }
     let (model, interface) = (model(program), &program.interface);
-    let n = number(interface.joints.len());
+    let [nq, n] = [interface.coordinates(), interface.speeds()].map(number);
     let residuals = number(9 * interface.loops.len());
     let of_lane = |of: &str, fields: &[Ident]| {
         let of = format_ident!("{of}");
@@ -319,7 +363,7 @@ pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> To
         #allowances
         impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for #model<S> {
             type Lane = #model<S::Number>;
-            type Coordinates = [S; #n];
+            type Coordinates = [S; #nq];
             type Speeds = [S; #n];
             type Residual = [S; #residuals];
 
@@ -327,7 +371,7 @@ pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> To
                 #model { params: Params { #parameters }, inputs: Inputs { #inputs } #bare }
             }
             fn zeros(&self) -> ::lamc_runtime::StatesOf<Self, S> {
-                ::lamc_runtime::State { t: S::ZERO, q: [S::ZERO; #n], u: [S::ZERO; #n] }
+                ::lamc_runtime::State { t: S::ZERO, q: [S::ZERO; #nq], u: [S::ZERO; #n] }
             }
             fn residual(&self) -> Self::Residual { [S::ZERO; #residuals] }
             #functions
@@ -337,5 +381,7 @@ pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> To
 
 /// Returns the methods of `Batch` for which the program has functions.
 fn batch_functions(program: &Program) -> TokenStream {
-    writers(program, &quote!(S), &quote!(S::ZERO))
+    let mut functions = writers(program, &quote!(S), &quote!(S::ZERO));
+    functions.extend(steps(program, &quote!(S), true));
+    functions
 }

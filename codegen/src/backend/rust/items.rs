@@ -11,6 +11,7 @@ use super::straight_line::straight_line;
 use super::{Options, ScalarChoice};
 use crate::backend::identifiers::{Names, type_name};
 use crate::program::{Interface, Program};
+use crate::source::free::COORDINATES;
 
 /// The names of the fields that hold parameters and inputs.
 pub struct FieldNames {
@@ -113,19 +114,38 @@ pub fn number(value: usize) -> Literal {
 fn sizes(program: &Program) -> TokenStream {
     let interface = &program.interface;
     let (n, rows) = (number(interface.joints.len()), number(interface.rows));
+    let (nq, nu) = (number(interface.coordinates()), number(interface.speeds()));
     let (loops, bodies) = (number(interface.loops.len()), number(interface.bodies.len()));
     let points = number(interface.points.len());
     let joint_names = interface.joints.iter().map(|joint| &joint.name);
     let body_names = interface.bodies.iter().map(|body| &body.name);
     let point_names = &interface.points;
     let unused = unused();
+    let [coordinates, speeds] = match interface.free.is_empty() {
+        true => [" NQ: coordinates, one angle per joint.", " NU: speeds, as many as coordinates."],
+        false => [
+            " NQ: coordinates: one angle per joint; then per free body its displacement (m) and its unit \
+             quaternion w x y z.",
+            " NU: speeds: one per joint; then per free body its velocity (m/s) in the base frame and its \
+             angular velocity (rad/s) in its own.",
+        ],
+    };
+    let free_names = interface.free.iter().map(|body| &body.name);
+    let count = number(interface.free.len());
+    let free = (!interface.free.is_empty()).then(|| {
+        quote! {
+            /// Free bodies, in the order of q and u.
+            #unused
+            pub const FREE_BODIES: [&str; #count] = [#(#free_names),*];
+        }
+    });
     quote! {
-        /// NQ: coordinates, one angle per joint.
+        #[doc = #coordinates]
         #unused
-        pub const NQ: usize = #n;
-        /// NU: speeds, as many as coordinates.
+        pub const NQ: usize = #nq;
+        #[doc = #speeds]
         #unused
-        pub const NU: usize = #n;
+        pub const NU: usize = #nu;
         /// Closure rows of the acceleration.
         #unused
         pub const C: usize = #rows;
@@ -135,6 +155,7 @@ fn sizes(program: &Program) -> TokenStream {
         /// Joints, in the order of q and u.
         #unused
         pub const JOINTS: [&str; #n] = [#(#joint_names),*];
+        #free
         /// Bodies, in the order of the poses.
         #unused
         pub const BODIES: [&str; #bodies] = [#(#body_names),*];
@@ -328,6 +349,12 @@ fn model_item(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> Token
         let [first, second] = &joint.bodies;
         docs.push(format!(" | {index} | `{}` | `{second}` | `{first}` |", joint.name));
     }
+    let first = interface.joints.len();
+    for (index, body) in interface.free.iter().enumerate() {
+        let at = first + COORDINATES * index;
+        let last = at + COORDINATES - 1;
+        docs.push(format!(" | {at} to {last} | | `{}` | moves freely |", body.name));
+    }
     docs.push(String::new());
     docs.push(format!(
         " Mobility {}; {} closed loop(s).",
@@ -387,4 +414,14 @@ fn parts_of(program: &Program, syntax: &Syntax, parts: &TokenStream) -> TokenStr
     let Syntax { generic, arithmetic, .. } = syntax;
     let (model, allowances) = (model(program), allowances());
     quote! { #allowances impl #arithmetic #model #generic { #parts } }
+}
+
+/// Returns the type of a state.
+pub fn state(program: &Program, scalar: &TokenStream) -> TokenStream {
+    let Interface { free, .. } = &program.interface;
+    let [nq, nu] = [program.interface.coordinates(), program.interface.speeds()].map(number);
+    match free.is_empty() {
+        true => quote!(::lamc_runtime::State<[#scalar; #nq], #scalar>),
+        false => quote!(::lamc_runtime::State<[#scalar; #nq], #scalar, [#scalar; #nu]>),
+    }
 }

@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::items::{Syntax, model, number, unused};
+use super::items::{Syntax, model, number, state, unused};
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, Program};
 
@@ -24,8 +24,8 @@ pub fn methods(program: &Program, syntax: &Syntax) -> TokenStream {
 /// and the acceleration.
 fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
     let scalar = &syntax.scalar;
-    let n = number(program.interface.joints.len());
-    let state = quote!(::lamc_runtime::State<[#scalar; #n], #scalar>);
+    let [nq, n] = [program.interface.coordinates(), program.interface.speeds()].map(number);
+    let state = state(program, scalar);
     let error = quote!(::lamc_runtime::Error);
     let settled = has(program, FunctionKind::Tangent).then(|| settled(&state, scalar));
     quote! {
@@ -66,7 +66,7 @@ fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
         ///
         /// As [`acceleration`](fn@::lamc_runtime::acceleration).
         pub fn acceleration(
-            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+            &self, t: #scalar, q: &[#scalar; #nq], u: &[#scalar; #n],
         ) -> ::core::result::Result<[#scalar; #n], #error> {
             ::lamc_runtime::Mechanism::acceleration(self, t, q, u)
         }
@@ -95,7 +95,10 @@ fn settled(state: &TokenStream, scalar: &TokenStream) -> TokenStream {
 /// Returns the methods that solve the equations at a state and return more than the acceleration.
 fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
     let scalar = &syntax.scalar;
-    let (n, rows) = (number(program.interface.joints.len()), number(program.interface.rows));
+    let interface = &program.interface;
+    let [nq, n, joints, rows] =
+        [interface.coordinates(), interface.speeds(), interface.joints.len(), interface.rows]
+            .map(number);
     let error = quote!(::lamc_runtime::Error);
     let mut methods = TokenStream::new();
     if has(program, FunctionKind::Reactions) {
@@ -107,8 +110,8 @@ fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
             ///
             /// As [`acceleration`](fn@::lamc_runtime::acceleration).
             pub fn forces(
-                &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
-            ) -> ::core::result::Result<::lamc_runtime::Forces<#scalar, #n, #rows, #n>, #error> {
+                &self, t: #scalar, q: &[#scalar; #nq], u: &[#scalar; #n],
+            ) -> ::core::result::Result<::lamc_runtime::Forces<#scalar, #n, #rows, #joints>, #error> {
                 ::lamc_runtime::plumbing::forces(self, t, q, u)
             }
         });
@@ -121,7 +124,7 @@ fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
             ///
             /// As [`jacobian`](fn@::lamc_runtime::jacobian).
             pub fn jacobian(
-                &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+                &self, t: #scalar, q: &[#scalar; #nq], u: &[#scalar; #n],
             ) -> ::core::result::Result<::lamc_runtime::Jacobian<#scalar, #n>, #error> {
                 ::lamc_runtime::plumbing::jacobian(self, t, q, u)
             }
@@ -134,14 +137,14 @@ fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
 fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let interface = &program.interface;
-    let (joints, c) = (interface.joints.len(), interface.rows);
-    let (n, rows) = (number(joints), number(c));
-    let (square, rows_by_n) = (number(joints * joints), number(c * joints));
+    let (speeds, c) = (interface.speeds(), interface.rows);
+    let [nq, n, rows] = [interface.coordinates(), speeds, c].map(number);
+    let (square, rows_by_n) = (number(speeds * speeds), number(c * speeds));
     let equations = method(FunctionKind::Equations);
     quote! {
         /// M, f, J and gamma at a state: M du/dt = f + J^T lambda, J du/dt = -gamma.
         pub fn equations(
-            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+            &self, t: #scalar, q: &[#scalar; #nq], u: &[#scalar; #n],
         ) -> ::lamc_runtime::Equations<#scalar, #n, #rows> {
             let (mut mass, mut forcing) = ([#zero; #square], [#zero; #n]);
             let (mut jacobian, mut gamma) = ([#zero; #rows_by_n], [#zero; #rows]);
@@ -160,19 +163,34 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
 fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let interface = &program.interface;
-    let joints = interface.joints.len();
-    let (n, r) = (number(joints), 9 * interface.loops.len());
+    let speeds = interface.speeds();
+    let [nq, n] = [interface.coordinates(), speeds].map(number);
+    let r = 9 * interface.loops.len();
     let mut methods = TokenStream::new();
     if has(program, FunctionKind::Energy) {
         let energy = method(FunctionKind::Energy);
         methods.extend(quote! {
             /// Energies at a state, J.
             pub fn energy(
-                &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+                &self, t: #scalar, q: &[#scalar; #nq], u: &[#scalar; #n],
             ) -> ::lamc_runtime::Energy<#scalar> {
                 let (kinetic, potential) = (&mut [#zero], &mut [#zero]);
                 self.#energy(t, q, u, kinetic, potential);
                 ::lamc_runtime::Energy { kinetic: kinetic[0], potential: potential[0] }
+            }
+        });
+    }
+    if has(program, FunctionKind::Momentum) {
+        let momentum = method(FunctionKind::Momentum);
+        methods.extend(quote! {
+            /// Centre of mass and momenta of all moving bodies together, in the base frame.
+            pub fn momentum(
+                &self, q: &[#scalar; #nq], u: &[#scalar; #n],
+            ) -> ::lamc_runtime::Momentum<#scalar> {
+                let momentum = &mut [#zero; 9];
+                self.#momentum(q, u, momentum);
+                let [centre, linear, angular] = ::lamc_runtime::plumbing::matrix(momentum);
+                ::lamc_runtime::Momentum { centre, linear, angular }
             }
         });
     }
@@ -182,7 +200,7 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
         methods.extend(quote! {
             /// The pose of each body: R row-major, then p in m; what is drawn at x lies at R x + p in the
             /// base frame.
-            pub fn poses(&self, q: &[#scalar; #n]) -> [[#scalar; 12]; #bodies] {
+            pub fn poses(&self, q: &[#scalar; #nq]) -> [[#scalar; 12]; #bodies] {
                 let poses = &mut [#zero; #length];
                 self.#poses(q, poses);
                 ::lamc_runtime::plumbing::matrix(poses)
@@ -194,7 +212,7 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
         let (length, count) = (number(3 * count), number(count));
         methods.extend(quote! {
             /// The position of each point in the base frame, m.
-            pub fn points(&self, q: &[#scalar; #n]) -> [[#scalar; 3]; #count] {
+            pub fn points(&self, q: &[#scalar; #nq]) -> [[#scalar; 3]; #count] {
                 let points = &mut [#zero; #length];
                 self.#points(q, points);
                 ::lamc_runtime::plumbing::matrix(points)
@@ -203,10 +221,10 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
     }
     if r > 0 {
         let (residuals, entries, closure) =
-            (number(r), number(r * joints), method(FunctionKind::Closure));
+            (number(r), number(r * speeds), method(FunctionKind::Closure));
         methods.extend(quote! {
             /// Nine residuals per loop, m, and their Jacobian.
-            pub fn closure(&self, q: &[#scalar; #n]) -> ::lamc_runtime::Closure<#scalar, #n, #residuals> {
+            pub fn closure(&self, q: &[#scalar; #nq]) -> ::lamc_runtime::Closure<#scalar, #n, #residuals> {
                 let (mut residual, mut jacobian) = ([#zero; #residuals], [#zero; #entries]);
                 self.#closure(q, &mut residual, &mut jacobian);
                 let jacobian = ::lamc_runtime::plumbing::matrix(&jacobian);

@@ -17,14 +17,14 @@ pub struct Elimination {
     inverse_pivots: Vec<Expr>,
     /// Multiples of an earlier pivot row that were taken from each pivot row: its place and the factor.
     factors: Vec<Vec<(usize, Expr)>>,
-    /// N, by joint, one number per independent joint.
+    /// N, by speed, one number per independent speed.
     pub null_space: Vec<Vec<Expr>>,
 }
 
 impl Elimination {
     pub fn new(binder: &mut Binder, closure: &Closure, reduction: &Reduction) -> Self {
         let phase = Section::mechanism(Phase::Elimination);
-        let n = binder.mechanism().joints.len();
+        let n = binder.mechanism().speeds();
         let entries = |row: usize| -> BTreeMap<usize, Expr> {
             let row = closure.jacobian[row * n..][..n].iter().enumerate();
             row.filter(|(_, entry)| !entry.is_zero()).map(|(j, x)| (j, x.clone())).collect()
@@ -44,7 +44,7 @@ impl Elimination {
                 let factor =
                     binder.bind(phase, format!("factor_row{other}_{row}"), &entry * &inverse);
                 for (&column, value) in pivot_row.iter() {
-                    let name = &binder.mechanism().joints[column].name;
+                    let name = binder.speed_name(column);
                     let name = format!("row{other}_less_{row}_{name}");
                     let entry = entries.entry(column).or_insert_with(Expr::zero);
                     *entry = binder.bind(phase, name, &*entry - &(&factor * value));
@@ -70,10 +70,13 @@ impl Elimination {
     }
 
     fn null_space(&self, binder: &mut Binder, reduction: &Reduction, n: usize) -> Vec<Vec<Expr>> {
-        let d = reduction.independent.len();
+        let joints = reduction.independent.iter().map(|joint| joint.index());
+        let free = binder.mechanism().joints.len()..n;
+        let independent: Vec<usize> = joints.chain(free).collect();
+        let d = independent.len();
         let mut table = vec![vec![Expr::zero(); d]; n];
-        for (k, joint) in reduction.independent.iter().enumerate() {
-            table[joint.index()][k] = Expr::one();
+        for (k, speed) in independent.into_iter().enumerate() {
+            table[speed][k] = Expr::one();
         }
         let section = Section::mechanism(Phase::NullSpace);
         for ((Pivot { joint, .. }, row), inverse) in
@@ -90,7 +93,7 @@ impl Elimination {
         table
     }
 
-    /// Returns p, by joint, with zeros for the independent joints, for b by row.
+    /// Returns p, by speed, with zeros for the independent speeds, for b by row.
     pub fn solve(&self, binder: &mut Binder, wanted: &[Expr], name: &str) -> Vec<Expr> {
         let section = Section::mechanism(Phase::DependentPart);
         let mut right: Vec<Expr> = Vec::with_capacity(self.rows.len());
@@ -113,7 +116,7 @@ impl Elimination {
         solution
     }
 
-    /// Returns p + `sign` N y, by joint.
+    /// Returns p + `sign` N y.
     pub fn combined(
         &self,
         binder: &mut Binder,
@@ -124,13 +127,13 @@ impl Elimination {
     ) -> Vec<Expr> {
         let section = Section::mechanism(Phase::Combination);
         let mut solution = Vec::with_capacity(given.len());
-        for (joint, (given, row)) in given.iter().zip(&self.null_space).enumerate() {
+        for (speed, (given, row)) in given.iter().zip(&self.null_space).enumerate() {
             let mut sum = given.clone();
             for (n, y) in row.iter().zip(y) {
                 let term = n * y;
                 sum = if sign < 0.0 { &sum - &term } else { &sum + &term };
             }
-            let name = format!("{name}_{}", binder.mechanism().joints[joint].name);
+            let name = format!("{name}_{}", binder.speed_name(speed));
             solution.push(binder.bind(section, name, sum));
         }
         solution

@@ -5,12 +5,12 @@ use super::folded;
 use crate::kane::binder::Binder;
 use crate::kane::inertia::Inertias;
 use crate::kane::kinematics::Kinematics;
+use crate::kane::link::Freedom;
 use crate::kane::mass::MassMatrix;
 use crate::kane::vector::{Vector, add, cross, dot, zero};
 use crate::kane::wrench::Wrench;
 use crate::program::{Phase, Section};
 use crate::symbolic::{Expr, Function};
-use crate::topology::Reduction;
 
 /// Number of independent speeds up to which N^T M N is summed over the bodies' velocities; for more of
 /// them it is computed from M.
@@ -26,9 +26,9 @@ pub struct Inertia {
 
 /// The columns of N as motions of the bodies, with their momenta, or M N.
 enum Moving {
-    /// By independent joint, by node.
+    /// By independent speed, by node.
     Bodies(Vec<Vec<(Twist, Wrench)>>),
-    /// By joint, one number per independent joint.
+    /// By speed, one number per independent speed.
     Joints(Vec<Vec<Expr>>),
 }
 
@@ -45,10 +45,9 @@ impl Inertia {
         kinematics: &Kinematics,
         inertias: &Inertias,
         elimination: &Elimination,
-        reduction: &Reduction,
     ) -> Self {
         let table = &elimination.null_space;
-        let d = reduction.independent.len();
+        let d = table.first().map_or(0, Vec::len);
         let moving = if d <= FEW {
             let column = |k: usize| table.iter().map(|row| row[k].clone()).collect::<Vec<_>>();
             let mut columns = Vec::new();
@@ -163,8 +162,8 @@ fn products(
     let section = Section::mechanism(Phase::IndependentInertia);
     let n = table.len();
     let mut products = Vec::with_capacity(n);
-    for (joint, row) in mass.entries().chunks_exact(n).enumerate() {
-        let name = binder.mechanism().joints[joint].name.clone();
+    for (speed, row) in mass.entries().chunks_exact(n).enumerate() {
+        let name = binder.speed_name(speed).to_owned();
         products.push(
             transposed(table, row)
                 .into_iter()
@@ -188,7 +187,18 @@ fn twists(binder: &mut Binder, kinematics: &Kinematics, u: &[Expr], name: &str) 
     let phase = Phase::NullSpaceMotion;
     let mut twists: Vec<Twist> = Vec::with_capacity(kinematics.links().len());
     for link in kinematics.links() {
-        let rate = &u[link.joint.index()];
+        let rate = match &link.freedom {
+            Freedom::Hinge(hinge) => &u[hinge.joint.index()],
+            Freedom::Free(free) => {
+                let speed = |k: usize| u[free.first + k].clone();
+                let omega = [speed(3), speed(4), speed(5)];
+                let velocity = free.velocity_of_origin(&[speed(0), speed(1), speed(2)], &omega);
+                let name = format!("{name}_velocity");
+                let velocity = binder.vector(link.node, phase, &name, velocity);
+                twists.push(Twist { omega, velocity });
+                continue;
+            }
+        };
         let (above, carried) = match link.parent {
             None => (zero(), zero()),
             Some(parent) => {

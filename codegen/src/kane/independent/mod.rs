@@ -2,7 +2,7 @@
 //! forces.
 //!
 //! The closure J a = b is solved by the elimination that [`Reduction`] describes: a = N y + p, where y
-//! belongs to the independent joints, N solves it for b = 0, and p has zeros for y. Kane's equations of
+//! belongs to the independent joints and the free bodies, N solves it for b = 0, and p has zeros for y. Kane's equations of
 //! the independent speeds have no closure forces, because N^T J^T = 0:
 //!
 //! ```text
@@ -27,7 +27,7 @@ use self::elimination::{Elimination, transposed};
 use self::inertia::Inertia;
 use super::binder::Binder;
 use super::closure::Closure;
-use super::forces::{along_hinge, gathered};
+use super::forces::{along_speeds, gathered};
 use super::frame::Frames;
 use super::inertia::Inertias;
 use super::inverse::{Given, GivenMotion};
@@ -64,7 +64,7 @@ impl IndependentSpeeds {
         let Phases { frames, kinematics, inertias: shared, loads, closure } = phases;
         let inertias = Inertias::of_whole_bodies(binder, frames);
         let elimination = Elimination::new(binder, closure, reduction);
-        let inertia = Inertia::new(binder, kinematics, &inertias, &elimination, reduction);
+        let inertia = Inertia::new(binder, kinematics, &inertias, &elimination);
         let wanted: Vec<Expr> = closure.gamma.iter().map(|gamma| -gamma).collect();
         let given = elimination.solve(binder, &wanted, "given");
         let forces = imbalance(binder, kinematics, &inertias, loads, given.clone());
@@ -74,7 +74,7 @@ impl IndependentSpeeds {
         let conditioning = conditioning(binder, closure, &elimination);
         let margin = vec![inertia.least_inverse_pivot(binder), conditioning.clone()];
         // The metric of a projection is that of M, also where the loops are open.
-        let inertia = Inertia::new(binder, kinematics, shared, &elimination, reduction);
+        let inertia = Inertia::new(binder, kinematics, shared, &elimination);
         let mut correct = |wanted: &[Expr], name: &str| {
             let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
             let reduced = inertia.momentum(binder, kinematics, &given, name);
@@ -88,7 +88,7 @@ impl IndependentSpeeds {
     }
 }
 
-/// Returns f - M a at given a, by joint.
+/// Returns f - M a at given a.
 fn imbalance(
     binder: &mut Binder,
     kinematics: &Kinematics,
@@ -103,12 +103,13 @@ fn imbalance(
     let motion_of = |node| motion.of(node);
     let wrenches = loads.on_bodies(binder, kinematics, inertias.minimal(), motion_of, &names);
     let beyond = gathered(binder, kinematics, phase, "balance", wrenches);
-    let mut imbalance = vec![Expr::zero(); beyond.len()];
+    let mut imbalance = vec![Expr::zero(); binder.mechanism().speeds()];
     for link in kinematics.links() {
-        let along = along_hinge(kinematics, link.node, &beyond[link.node.index()]);
-        let name = format!("imbalance_{}", binder.joint_name(link.node));
-        let value = &along + loads.torque(link.node);
-        imbalance[link.joint.index()] = binder.bind(Section::body(link.node, phase), name, value);
+        for (speed, along) in along_speeds(kinematics, link.node, &beyond[link.node.index()]) {
+            let name = format!("imbalance_{}", binder.speed_name(speed));
+            let value = &along + loads.torque(link.node);
+            imbalance[speed] = binder.bind(Section::body(link.node, phase), name, value);
+        }
     }
     imbalance
 }

@@ -89,6 +89,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         initial_q: Vec::new(),
         initial_u: Vec::new(),
         initial_fold: None,
+        initial_bodies: vec![],
         points: Vec::new(),
         forces: Vec::new(),
         hinge_models: Vec::new(),

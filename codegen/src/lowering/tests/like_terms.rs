@@ -10,7 +10,7 @@ fn merged(sum: impl FnOnce(&mut dyn FnMut(Op) -> Value, [Value; 2]) -> Value) ->
         ops.push((op, formula()));
         Value(ops.len() - 1)
     };
-    let coordinates = [0, 1].map(|joint| push(Op::Load(Slot::Position(JointId(joint)))));
+    let coordinates = [0, 1].map(|joint| push(Op::Load(Slot::Position(CoordinateId(joint)))));
     let result = sum(&mut push, coordinates);
     let function = function(ops, vec![result]);
     let reduce = |function| dead::dead(number::number(fold::fold(function)));

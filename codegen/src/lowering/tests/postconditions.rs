@@ -115,7 +115,7 @@ fn a_function_that_a_pass_broke_is_refused() {
 /// A product of constants that overflows stays two products.
 #[test]
 fn constants_are_not_multiplied_beyond_what_a_number_holds() {
-    let load = (Op::Load(Slot::Position(JointId(0))), formula());
+    let load = (Op::Load(Slot::Position(CoordinateId(0))), formula());
     let large = (Op::Const(1e200), formula());
     let ops = [
         load,

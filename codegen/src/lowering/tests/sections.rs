@@ -32,7 +32,7 @@ proptest! {
 #[test]
 fn what_was_interleaved_is_put_in_order() {
     let [first, second] = [Phase::Velocity, Phase::MassMatrix].map(Section::mechanism);
-    let load = Op::Load(Slot::Position(JointId(0)));
+    let load = Op::Load(Slot::Position(CoordinateId(0)));
     let ops = [
         (load, first),
         (Op::Sin(Value(0)), first),

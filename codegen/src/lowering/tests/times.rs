@@ -23,7 +23,7 @@ fn sum(chains: &[(u8, bool)]) -> (Function, Vec<u32>) {
     let mut ops = Vec::new();
     let (mut terms, mut arrivals) = (Vec::new(), Vec::new());
     for (index, &(length, minus)) in chains.iter().enumerate() {
-        ops.push(Op::Load(Slot::Position(JointId(index % LOADS))));
+        ops.push(Op::Load(Slot::Position(CoordinateId(index % LOADS))));
         for _ in 0..length {
             ops.push(Op::Neg(Value(ops.len() - 1)));
         }
@@ -68,7 +68,7 @@ fn a_sum_of_eight_terms_becomes_a_tree() {
 /// Where issuing takes longer, nothing changes: many sums side by side.
 #[test]
 fn sums_that_need_not_wait_stay_as_they_are() {
-    let mut ops: Vec<_> = (0..LOADS).map(|j| Op::Load(Slot::Position(JointId(j)))).collect();
+    let mut ops: Vec<_> = (0..LOADS).map(|j| Op::Load(Slot::Position(CoordinateId(j)))).collect();
     let mut entries = Vec::new();
     for k in 0..40 {
         ops.push(Op::Add(Value(k % LOADS), Value((k + 1) % LOADS)));

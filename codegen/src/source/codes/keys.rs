@@ -20,12 +20,24 @@ codes! {
          lists of plates as the layup has layers."
         "Add or remove items.";
     NO_JOINTS "no-joints"
-        "The model has bodies but no joints, so nothing can move."
-        "Add a joint between two bodies.";
+        "The model has neither joints nor a free body, so nothing can move."
+        "Add a joint between two bodies, or give a body `free: true`.";
     NO_FIXED_BODY "no-fixed-body"
         "No body is fixed, so there is no ground relative to which the motion could be \
-         described."
-        "Give one of the bodies `fixed: true`.";
+         described, and none is free."
+        "Give one of the bodies `fixed: true`, or `free: true` if nothing holds it.";
+    FIXED_AND_FREE "fixed-and-free"
+        "A body is both fixed and free."
+        "Remove one of the two keys.";
+    NOT_FREE "not-free"
+        "`initial.bodies` names a body that is not free. Where a body on hinges is follows from their angles."
+        "Give the body `free: true`, or the angles of its joints under `initial.q`.";
+    TWO_ORIENTATIONS "two-orientations"
+        "The orientation of a free body is given twice, as a quaternion and as a rotation vector."
+        "Keep `orientation` or `turn`.";
+    NO_ORIENTATION "no-orientation"
+        "The quaternion of an `orientation` is zero, so it has no direction."
+        "Write `[1, 0, 0, 0]` for the orientation of the drawing, or remove the key.";
     MIXED_SHAPE "mixed-shape"
         "A body defines its mass properties in two ways."
         "Keep one of `outline` (with `holes`), `layers`, and `mass` with `com` and `inertia`. \

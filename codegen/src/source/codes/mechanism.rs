@@ -13,8 +13,12 @@ codes! {
         "Remove the joint, or name two bodies between which it can turn."
         no example "a file with this mistake is refused as `same-body` or `both-fixed`";
     OUT_OF_REACH "out-of-reach"
-        "No chain of joints connects a body with the ground."
-        "Add a joint to a body that is connected, or make the body `fixed: true`.";
+        "No chain of joints connects a body with the ground or with a free body."
+        "Add a joint to a body that is connected, or make the body `fixed: true` or `free: true`.";
+    HELD_BODY "held-body"
+        "A chain of joints connects a free body with the ground or with another free body. Such a body is \
+         not free: its joints say how it moves."
+        "Leave out its `free: true`, or remove a joint.";
     TOO_MANY_HINGES "too-many-hinges"
         "The model has more hinges than lamc compiles by default: memory and time grow as the \
          square of their number."

@@ -88,6 +88,7 @@ fn model() -> SourceModel {
         initial_q: vec![],
         initial_u: vec![],
         initial_fold: None,
+        initial_bodies: vec![],
         points: vec![],
         forces: vec![],
         hinge_models: vec![],

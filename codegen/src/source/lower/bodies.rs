@@ -9,20 +9,24 @@ use crate::source::yaml::{Entry, Node, shorten};
 
 use super::Lowering;
 
-/// Returns which bodies are `fixed: true`, in file order. Joints need this before the bodies are
-/// read.
-pub(super) fn fixed(bodies: &[Entry]) -> Vec<bool> {
-    let is_fixed = |entry: &Entry| entry.value.get("fixed").and_then(boolean) == Some(true);
-    bodies.iter().map(is_fixed).collect()
+/// Returns which bodies are `fixed: true` (or `free: true`), in file order. Other entries need this before
+/// the bodies are read.
+pub(super) fn marked(bodies: &[Entry], key: &str) -> Vec<bool> {
+    let is_marked = |entry: &Entry| entry.value.get(key).and_then(boolean) == Some(true);
+    bodies.iter().map(is_marked).collect()
 }
 
-/// Returns whether no body has the key `fixed` with a value other than false.
-pub(super) fn none_fixed(bodies: &[Entry]) -> bool {
-    let claim = |entry: &Entry| {
-        entry.value.get("fixed").and_then(boolean) != Some(false)
-            && entry.value.get("fixed").is_some()
+/// Returns whether a body has the key `fixed` (or `free`) with a value other than false.
+fn some_say(bodies: &[Entry], key: &str) -> bool {
+    let says = |entry: &Entry| {
+        entry.value.get(key).is_some() && entry.value.get(key).and_then(boolean) != Some(false)
     };
-    !bodies.iter().any(claim)
+    bodies.iter().any(says)
+}
+
+/// Returns whether a body says that it is fixed or free.
+pub(super) fn some_root(bodies: &[Entry]) -> bool {
+    some_say(bodies, "fixed") || some_say(bodies, "free")
 }
 
 /// Reads a truth value in every spelling of YAML 1.1, which other tools write: lower case, upper
@@ -47,10 +51,11 @@ impl Lowering<'_> {
         let at = model.entry("bodies").map(|entry| entry.key.span).unwrap_or_default();
         let first = bodies.first().map_or("base", |entry| &entry.key.value);
         self.note(
-            Diagnostic::error(codes::NO_FIXED_BODY, at, "no body is fixed")
+            Diagnostic::error(codes::NO_FIXED_BODY, at, "no body is fixed or free")
                 .label("none of these is the ground")
                 .hint(format!(
-                    "give one of them `fixed: true`, as in `{first}: {{ fixed: true, .. }}`"
+                    "give one of them `fixed: true`, as in `{first}: {{ fixed: true, .. }}`, or \
+                     `free: true` if nothing holds it"
                 )),
         );
     }
@@ -61,23 +66,12 @@ impl Lowering<'_> {
         let at = entry.key.span;
         let owner = format!("body `{}`", shorten(&entry.key.value));
         let fields = Fields::new(&entry.value, at, owner, &BODY, &mut self.diagnostics)?;
-        let fixed = match fields.get("fixed") {
-            None => Some(false),
-            Some(node) => boolean(node).or_else(|| {
-                let error = Diagnostic::error(
-                    codes::WRONG_TYPE,
-                    node.span,
-                    "`fixed` must be true or \
-                                                                     false",
-                );
-                self.note(
-                    error
-                        .label(format!("this is {}", node.describe()))
-                        .hint("write `fixed: true`, or remove the key"),
-                );
-                None
-            }),
-        };
+        let [fixed, free] = ["fixed", "free"].map(|key| self.boolean(&fields, key));
+        if let (Some(true), Some(true), Some(key)) = (fixed, free, fields.entry("free")) {
+            let message = format!("body `{}` is fixed and free", shorten(&entry.key.value));
+            let error = Diagnostic::error(codes::FIXED_AND_FREE, key.key.span, message);
+            self.note(error.hint("remove `fixed: true` or `free: true`"));
+        }
         let shape = self.shape(&fields, layers);
         let slits = match fields.get("slits") {
             None => Some(Vec::new()),
@@ -90,11 +84,28 @@ impl Lowering<'_> {
         Some(Body {
             name: entry.key.clone(),
             fixed: fixed?,
+            free: free?,
             shape: shape?,
             slits: slits?,
             point_masses: point_masses?,
             span: entry.span(),
         })
+    }
+
+    /// Reads a truth value that is false if it is missing.
+    pub(super) fn boolean(&mut self, fields: &Fields, key: &str) -> Option<bool> {
+        let Some(node) = fields.get(key) else { return Some(false) };
+        let value = boolean(node);
+        if value.is_none() {
+            let message = format!("`{key}` must be true or false");
+            let error = Diagnostic::error(codes::WRONG_TYPE, node.span, message);
+            self.note(
+                error
+                    .label(format!("this is {}", node.describe()))
+                    .hint(format!("write `{key}: true`, or remove the key")),
+            );
+        }
+        value
     }
 
     /// Reads every item, even after an error; `None` if there was an error.

@@ -89,13 +89,15 @@ impl Lowering<'_> {
         let pattern = self.pattern(&fields, file, &declared, sheet, given);
         let layers = fields.get("layup").map(|_| layup.as_ref().map_or(0, Vec::len));
         let bodies = self.each(declared.bodies, |this, entry| this.body(entry, layers));
-        let mut fixed = bodies::fixed(declared.bodies);
+        let mut fixed = bodies::marked(declared.bodies, "fixed");
         fixed.extend(pattern.iter().flatten().flat_map(|pattern| pattern.fixed()));
         self.refuse_without_motion(&fields, &declared, &pattern);
         let hinge_models = self.each(declared.hinge_models, Self::hinge_model);
         let joints = self.each(declared.joints, |this, it| this.joint(it, &fixed, &materials));
         let tunable = self.tunable(&fields, declared.parameters, &inputs, &fixed);
-        let initial = self.initial(&fields);
+        let mut free = bodies::marked(declared.bodies, "free");
+        free.extend(pattern.iter().flatten().flat_map(|pattern| pattern.free()));
+        let initial = self.initial(&fields, &free);
         let points = self.each(declared.points, Self::point);
         let forces = self.each(declared.forces, Self::force);
         let air = self.air(&fields);
@@ -118,6 +120,7 @@ impl Lowering<'_> {
             initial_q: initial.q,
             initial_u: initial.u,
             initial_fold: initial.fold,
+            initial_bodies: initial.bodies,
             points: points?,
             forces: forces?,
             hinge_models: hinge_models?,
@@ -146,8 +149,8 @@ impl Lowering<'_> {
         Some(())
     }
 
-    /// Reports a model without a fixed body or without joints. A pattern that could not be read may have
-    /// both.
+    /// Reports a model without a fixed or free body, or without joints and free bodies. A pattern that could
+    /// not be read may have all of them.
     fn refuse_without_motion(
         &mut self,
         model: &Fields,
@@ -156,13 +159,15 @@ impl Lowering<'_> {
     ) {
         let Some(pattern) = pattern else { return };
         let is_grounded = pattern.as_ref().is_some_and(Patterned::is_grounded);
-        if !declared.bodies.is_empty() && bodies::none_fixed(declared.bodies) && !is_grounded {
+        if !declared.bodies.is_empty() && !bodies::some_root(declared.bodies) && !is_grounded {
             self.no_fixed_body(model, declared.bodies);
         }
-        let has_joints = !declared.joints.is_empty() || pattern.is_some();
-        if let Some(entry) = model.entry("joints").filter(|_| !has_joints) {
-            let error = Diagnostic::error(codes::NO_JOINTS, entry.span(), "there are no joints");
-            self.note(error.hint("nothing can move: a mechanism needs a joint"));
+        let may_move = bodies::marked(declared.bodies, "free").contains(&true);
+        let moves = !declared.joints.is_empty() || may_move || pattern.is_some();
+        let bodies = model.entry("bodies");
+        if let Some(entry) = model.entry("joints").or(bodies).filter(|_| !moves) {
+            let error = Diagnostic::error(codes::NO_JOINTS, entry.key.span, "there are no joints");
+            self.note(error.hint("nothing can move: a mechanism needs a joint or a free body"));
         }
     }
 

@@ -33,7 +33,14 @@ pub(super) struct Patterned {
 impl Patterned {
     /// Which of its bodies are fixed.
     pub fn fixed(&self) -> impl Iterator<Item = bool> {
-        (0..self.sheet.parts.len()).map(|part| self.sheet.ground == Some(part))
+        let ground = self.sheet.ground.filter(|_| !self.settings.free);
+        (0..self.sheet.parts.len()).map(move |part| ground == Some(part))
+    }
+
+    /// Which of its bodies are free.
+    pub fn free(&self) -> impl Iterator<Item = bool> {
+        let free = self.sheet.ground.filter(|_| self.settings.free);
+        (0..self.sheet.parts.len()).map(move |part| free == Some(part))
     }
 
     /// Default of the tolerance of the model, m.
@@ -41,7 +48,7 @@ impl Patterned {
         self.drawn.tolerance() * self.settings.scale
     }
 
-    /// Whether a facet is fixed.
+    /// Whether a facet is fixed or free.
     pub fn is_grounded(&self) -> bool {
         self.sheet.ground.is_some()
     }
@@ -85,7 +92,8 @@ impl Lowering<'_> {
         let path = path.and_then(|node| self.text(node, "the path of a drawing"));
         let scale = self.scale(&fields);
         let ground = self.ground(&fields, declared);
-        let triangulate = self.truth(&fields, "triangulate");
+        let triangulate = self.boolean(&fields, "triangulate");
+        let free = self.boolean(&fields, "free");
         let crease = self.crease(&fields, sheet);
         let fold = self.folds(&fields);
         let layers = self.layers_of_drawing(&fields);
@@ -100,13 +108,13 @@ impl Lowering<'_> {
         let (path, layers) = (path?, layers?);
         let reading = Reading { layers, ..Reading::default() };
         let (drawn, scale) = self.drawing(&path, file, &reading, scale?, tolerance)?;
-        let (links, fixed) = (links(declared.joints), fixed_names(declared.bodies));
+        let (links, roots) = (links(declared.joints), roots(declared.bodies));
         let ground = (ground?, fields.get("ground").map(|node| node.span));
         let sheet =
-            Sheet::of(&drawn, triangulate?, ground, (&links, &fixed), &mut self.diagnostics)?;
+            Sheet::of(&drawn, triangulate?, ground, (&links, &roots), &mut self.diagnostics)?;
         self.declare(&sheet, declared)?;
         self.unused_folds(&fields, &sheet);
-        let settings = Settings { scale, fold: fold?, crease: crease? };
+        let settings = Settings { scale, fold: fold?, crease: crease?, free: free? };
         let hinge = fields.get("crease").and_then(|crease| crease.get("hinge"));
         let hinge = hinge.filter(|_| settings.crease.spring.damps()).map(|hinge| hinge.span);
         let actions = self.single_creases(&fields, declared.joints.len(), hinge);
@@ -203,8 +211,8 @@ impl Lowering<'_> {
         }
         match node.scalar().map(|scalar| &*scalar.text) {
             Some("largest") => Some(Ground::Largest),
-            Some("none") if bodies::none_fixed(declared.bodies) => {
-                let message = "`ground: none` needs a fixed body under `bodies`";
+            Some("none") if !bodies::some_root(declared.bodies) => {
+                let message = "`ground: none` needs a fixed or free body under `bodies`";
                 let error = Diagnostic::error(codes::NO_FIXED_BODY, node.span, message);
                 self.note(error.hint("add `base: { fixed: true }`, and joints to facets"));
                 None
@@ -220,17 +228,6 @@ impl Lowering<'_> {
     }
 
     /// Reads an optional truth value that is false if it is left out.
-    fn truth(&mut self, fields: &Fields, key: &str) -> Option<bool> {
-        let Some(node) = fields.get(key) else { return Some(false) };
-        let truth = bodies::boolean(node);
-        if truth.is_none() {
-            let message = format!("`{key}` must be true or false");
-            let error = Diagnostic::error(codes::WRONG_TYPE, node.span, message);
-            self.note(error.label(format!("this is {}", node.describe())));
-        }
-        truth
-    }
-
     fn layers_of_drawing(&mut self, pattern: &Fields) -> Option<Vec<(Role, String)>> {
         let Some(entry) = pattern.entry("layers") else { return Some(Vec::new()) };
         let (at, found) = (entry.key.span, &mut self.diagnostics);
@@ -368,9 +365,9 @@ fn links(joints: &[Entry]) -> Vec<Link<'_>> {
     joints.iter().filter_map(of).collect()
 }
 
-/// The names of the fixed bodies of the model.
-fn fixed_names(bodies: &[Entry]) -> Vec<&str> {
-    let fixed = bodies::fixed(bodies);
-    let named = bodies.iter().zip(fixed).filter(|(_, fixed)| *fixed);
-    named.map(|(entry, _)| entry.key.value.as_str()).collect()
+/// The names of the fixed and the free bodies of the model.
+fn roots(bodies: &[Entry]) -> Vec<&str> {
+    let [fixed, free] = ["fixed", "free"].map(|key| bodies::marked(bodies, key));
+    let roots = bodies.iter().zip(fixed).zip(free).filter(|((_, fixed), free)| *fixed || *free);
+    roots.map(|((entry, _), _)| entry.key.value.as_str()).collect()
 }

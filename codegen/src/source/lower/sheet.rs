@@ -6,8 +6,9 @@ use crate::source::diagnostic::{Diagnostic, SourceFile, Span, Spanned};
 use crate::source::expression::Expression;
 use crate::source::fields::{Fields, entries, items};
 use crate::source::formula::number;
-use crate::source::ids::JointId;
-use crate::source::model::{Air, Body, Joint, Material};
+use crate::source::free;
+use crate::source::ids::{BodyId, JointId};
+use crate::source::model::{Air, Body, InitialBody, Joint, Material};
 use crate::source::names::{self, Kind};
 use crate::source::schema::{self, MAX_LAYERS, Value};
 use crate::source::yaml::{Entry, Node, shorten};
@@ -27,6 +28,8 @@ pub(super) struct Initial {
     pub u: Vec<(JointId, f64)>,
     /// Share of the joints' folds.
     pub fold: Option<Spanned<f64>>,
+    /// States of free bodies.
+    pub bodies: Vec<(BodyId, InitialBody)>,
 }
 
 impl Lowering<'_> {
@@ -123,8 +126,9 @@ impl Lowering<'_> {
         Some(Some(Air { density: density?, drag: drag? }))
     }
 
-    /// Reads the coordinates and speeds of joints under `initial`.
-    pub(super) fn initial(&mut self, model: &Fields) -> Initial {
+    /// Reads the coordinates and speeds of joints and of free bodies under `initial`. `free` says which bodies
+    /// are free.
+    pub(super) fn initial(&mut self, model: &Fields, free: &[bool]) -> Initial {
         let none = Initial::default();
         let Some(node) = model.get("initial") else { return none };
         let found = &mut self.diagnostics;
@@ -144,7 +148,76 @@ impl Lowering<'_> {
             }
             values
         });
-        Initial { q, u, fold: self.initial_fold(&fields) }
+        Initial {
+            q,
+            u,
+            fold: self.initial_fold(&fields),
+            bodies: self.initial_bodies(&fields, free),
+        }
+    }
+
+    fn initial_bodies(&mut self, initial: &Fields, free: &[bool]) -> Vec<(BodyId, InitialBody)> {
+        let entries = entries(initial.get("bodies"), "bodies", &mut self.diagnostics);
+        let mut bodies = Vec::new();
+        for entry in entries {
+            let id = self.look_up(&entry.key, "body", "bodies", |names| &names.bodies);
+            let state = self.initial_body(entry);
+            let (Some(id), Some(state)) = (id, state) else { continue };
+            if free.get(id) == Some(&true) {
+                bodies.push((BodyId(id), state));
+                continue;
+            }
+            let message = format!("body `{}` is not free", shorten(&entry.key.value));
+            let error = Diagnostic::error(codes::NOT_FREE, entry.key.span, message);
+            self.note(error.hint(
+                "give the body `free: true`; bodies on hinges start where `initial.q` puts them",
+            ));
+        }
+        bodies
+    }
+
+    fn initial_body(&mut self, entry: &Entry) -> Option<InitialBody> {
+        let (at, found) = (entry.key.span, &mut self.diagnostics);
+        let owner = format!("the state of body `{}`", shorten(&entry.key.value));
+        let fields = Fields::new(&entry.value, at, owner, &schema::FREE_BODY, found)?;
+        let [position, velocity, angular_velocity] =
+            ["position", "velocity", "angular_velocity"].map(|key| match fields.get(key) {
+                Some(node) => self.numbers(node, fields.expected(key)),
+                None => Some([0.0; 3]),
+            });
+        let orientation = self.orientation(&fields);
+        Some(InitialBody {
+            position: position?,
+            orientation: orientation?,
+            velocity: velocity?,
+            angular_velocity: angular_velocity?,
+        })
+    }
+
+    /// Reads an orientation as a unit quaternion.
+    fn orientation(&mut self, fields: &Fields) -> Option<[f64; 4]> {
+        if let (Some(quaternion), Some(turn)) = (fields.entry("orientation"), fields.entry("turn")) {
+            let message = "the orientation is given twice";
+            let error = Diagnostic::error(codes::TWO_ORIENTATIONS, turn.key.span, message);
+            self.note(
+                error.also(quaternion.key.span, "the other").hint("give `orientation` or `turn`"),
+            );
+            return None;
+        }
+        if let Some(node) = fields.get("turn") {
+            let turn: [f64; 3] = self.numbers(node, fields.expected("turn"))?;
+            return Some(free::quaternion(turn));
+        }
+        let Some(node) = fields.get("orientation") else {
+            return Some(InitialBody::DRAWN.orientation);
+        };
+        let given: [f64; 4] = self.numbers(node, fields.expected("orientation"))?;
+        let unit = free::unit(given);
+        if unit.is_none() {
+            let error = Diagnostic::error(codes::NO_ORIENTATION, node.span, "the quaternion is zero");
+            self.note(error.hint("`[1, 0, 0, 0]` is the orientation of the drawing"));
+        }
+        unit
     }
 
     /// Reads the share of the joints' folds at the start.

@@ -109,7 +109,8 @@ impl Builder<'_> {
             }
             bodies.push(Body {
                 name: self.spanned(part.name.clone()),
-                fixed: self.sheet.ground == Some(index),
+                fixed: self.sheet.ground == Some(index) && !self.settings.free,
+                free: self.sheet.ground == Some(index) && self.settings.free,
                 shape: Shape::Plates(self.layers(&whole, rigid.as_ref())),
                 slits: slits.get(&part.facet).cloned().unwrap_or_default(),
                 point_masses: Vec::new(),

@@ -119,7 +119,7 @@ fn model(
     };
     let stack = Stack { materials: &materials, layup: &layup };
     let crease = crease(&stack, options.crease_width);
-    let settings = Settings { scale, fold: FOLDED, crease };
+    let settings = Settings { scale, fold: FOLDED, crease, free: false };
     let built = sheet.build(drawn, &settings, &stack, Span::default(), [0, 0], found)?;
     Some(SourceModel {
         bodies: built.bodies,

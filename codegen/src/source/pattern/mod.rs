@@ -47,6 +47,8 @@ pub(super) struct Settings {
     pub fold: [f64; 2],
     /// The hinges.
     pub crease: Crease,
+    /// Whether the facet that is the ground is free instead of fixed.
+    pub free: bool,
 }
 
 /// Which facet is fixed.

@@ -74,6 +74,7 @@ pub(super) fn empty(name: String) -> SourceModel {
         initial_q: Vec::new(),
         initial_u: Vec::new(),
         initial_fold: None,
+        initial_bodies: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
         hinge_models: Vec::new(),
@@ -293,6 +294,7 @@ fn laminate(i: usize, node: &Node, plates: Vec<Vec<Plate>>, fixed: bool) -> Body
     Body {
         name: Spanned { value: format!("b{i}"), span: head(node) },
         fixed,
+        free: false,
         shape: Shape::Plates(plates),
         slits: Vec::new(),
         point_masses: Vec::new(),

@@ -14,7 +14,9 @@ mod parts;
 mod pattern;
 
 pub use joints::{CREASE_JOINT, FRICTION, JOINT};
-pub use model::{AIR, FORCE, HINGE_MODEL, INITIAL, MATERIAL, MODEL, POINT, UNITS};
+pub use model::{
+    AIR, FORCE, FREE_BODY, HINGE_MODEL, INITIAL, MATERIAL, MODEL, POINT, UNITS,
+};
 pub(super) use model::{SPECIMEN, TERM};
 pub use parts::{BODY, HINGE_BEAM, HINGE_FAMILY, HINGE_SHARIFZADEH2018, PLATE, POINT_MASS};
 pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, SLIT, VERTEX};
@@ -135,8 +137,8 @@ pub enum Value {
     Mapping(&'static Mapping),
     /// A mapping from names that are declared here to values.
     Named(Kind, &'static Value),
-    /// A mapping from names of joints to values.
-    PerJoint(&'static Value),
+    /// A mapping from names of joints, or of other entries of this kind, to values.
+    Per(&'static str, &'static Value),
     /// A mapping whose fixed keys depend on the value of one of them.
     OneOf {
         /// The key whose value determines the other keys.
@@ -218,7 +220,7 @@ impl Value {
     pub fn quantity(&self) -> Option<&'static Quantity> {
         match self {
             Self::Number(quantity) | Self::Formula(quantity, _) => Some(quantity),
-            Self::Array { of, .. } | Self::List { of, .. } | Self::PerJoint(of) => of.quantity(),
+            Self::Array { of, .. } | Self::List { of, .. } | Self::Per(_, of) => of.quantity(),
             _ => None,
         }
     }

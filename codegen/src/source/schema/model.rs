@@ -8,7 +8,7 @@ use super::{Mapping, Presence, Range, TUNABLE, Uses, Value, key, optional, requi
 use crate::source::names::Kind;
 use crate::source::units::{
     ACCELERATION, ANGLE, ANGULAR_SPEED, DENSITY, FORCE as FORCE_QUANTITY, LENGTH, NUMBER, PRESSURE,
-    SHARE,
+    SHARE, SPEED,
 };
 
 const SAME_FOR_EVERY_POSE: Uses =
@@ -131,7 +131,7 @@ pub static MODEL: Mapping = Mapping {
         key(
             "joints",
             Value::Named(Kind::Other("a joint"), &Value::Mapping(&JOINT)),
-            Presence::Without("pattern"),
+            Presence::Optional("there are no hinges but those of a `pattern`"),
             "{ knee: { bodies: [base, arm], axis: [[0, 0], [0, 20]] } }",
             "Flexure hinges by name. Their order is the order of the coordinates q and the speeds u.",
         ),
@@ -181,6 +181,13 @@ pub static MODEL: Mapping = Mapping {
              [DRAWINGS.md](DRAWINGS.md).",
         )
         .range(Range::NotNegative),
+        key(
+            "bodies",
+            Value::Per("body", &Value::Mapping(&FREE_BODY)),
+            Presence::Default("{}"),
+            "{ hull: { position: [0, 0, 50] } }",
+            "Positions and velocities of free bodies.",
+        ),
     ],
     choices: &[],
 };
@@ -236,6 +243,58 @@ pub static MATERIAL: Mapping = Mapping {
     choices: &[],
 };
 
+/// Three components of a vector.
+const fn vector(quantity: &'static Value) -> Value {
+    Value::Array { of: quantity, length: 3, form: "`[x, y, z]`" }
+}
+
+/// An entry of `initial.bodies`.
+pub static FREE_BODY: Mapping = Mapping {
+    name: "state of a free body",
+    title: "Initial state of a free body",
+    path: "initial.bodies.<body>",
+    doc: "Where a free body is at the start, and how it moves. Without `orientation` and `turn` it is \
+          oriented as drawn. The bodies that hang on it move with it. See [FREE.md](FREE.md).",
+    keys: &[
+        key(
+            "position",
+            vector(&Value::Number(&LENGTH)),
+            Presence::Default("[0, 0, 0]"),
+            "[0, 0, 50]",
+            "How far its centre of mass is from where it is drawn.",
+        ),
+        optional(
+            "orientation",
+            Value::Array { of: &Value::Number(&NUMBER), length: 4, form: "`[w, x, y, z]`" },
+            "`turn` holds",
+            "[0.966, 0, 0.259, 0]",
+            "Its orientation as a quaternion, scalar first, of any length but 0.",
+        ),
+        optional(
+            "turn",
+            vector(&Value::Number(&ANGLE)),
+            "`orientation` holds",
+            "[0, 30 deg, 0]",
+            "Its orientation as a rotation vector: the direction is the axis, the length is the angle.",
+        ),
+        key(
+            "velocity",
+            vector(&Value::Number(&SPEED)),
+            Presence::Default("[0, 0, 0]"),
+            "[0.2, 0, 0]",
+            "Velocity of its centre of mass, in the base frame.",
+        ),
+        key(
+            "angular_velocity",
+            vector(&Value::Number(&ANGULAR_SPEED)),
+            Presence::Default("[0, 0, 0]"),
+            "[0, 0, 10 rad/s]",
+            "Angular velocity, in its own frame.",
+        ),
+    ],
+    choices: &[&[&["orientation"], &["turn"]]],
+};
+
 /// `initial`.
 pub static INITIAL: Mapping = Mapping {
     name: "initial",
@@ -246,14 +305,14 @@ pub static INITIAL: Mapping = Mapping {
     keys: &[
         key(
             "q",
-            Value::PerJoint(&Value::Number(&ANGLE)),
+            Value::Per("joint", &Value::Number(&ANGLE)),
             Presence::Default("{}"),
             "{ knee: 30 deg }",
             "Angles. The angle of a joint with `limits` must lie within them.",
         ),
         key(
             "u",
-            Value::PerJoint(&Value::Number(&ANGULAR_SPEED)),
+            Value::Per("joint", &Value::Number(&ANGULAR_SPEED)),
             Presence::Default("{}"),
             "{ knee: 1.5 rad/s }",
             "Angular speeds.",
@@ -267,6 +326,13 @@ pub static INITIAL: Mapping = Mapping {
              name. The angle of a joint with `limits` stays within them.",
         )
         .range(Range::NotNegative),
+        key(
+            "bodies",
+            Value::Per("body", &Value::Mapping(&FREE_BODY)),
+            Presence::Default("{}"),
+            "{ hull: { position: [0, 0, 50] } }",
+            "Positions and velocities of free bodies.",
+        ),
     ],
     choices: &[],
 };
@@ -332,6 +398,13 @@ pub static AIR: Mapping = Mapping {
             "Drag coefficient of a plate that is perpendicular to the flow.",
         )
         .range(Range::NotNegative),
+        key(
+            "bodies",
+            Value::Per("body", &Value::Mapping(&FREE_BODY)),
+            Presence::Default("{}"),
+            "{ hull: { position: [0, 0, 50] } }",
+            "Positions and velocities of free bodies.",
+        ),
     ],
     choices: &[],
 };

@@ -58,6 +58,14 @@ pub static BODY: Mapping = Mapping {
             "Whether the body is part of the ground. All fixed bodies count as one body.",
         ),
         key(
+            "free",
+            Value::Boolean,
+            Presence::Default("false"),
+            "true",
+            "Whether the body moves in all six directions, without a hinge to the ground. A mechanism \
+             with a free body needs no fixed one. See [FREE.md](FREE.md).",
+        ),
+        key(
             "outline",
             RING,
             Presence::Together,

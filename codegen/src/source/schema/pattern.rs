@@ -46,6 +46,13 @@ pub static PATTERN: Mapping = Mapping {
              point. The point is in units of the drawing, with y upwards. With `none`, \
              joints connect the facets with a fixed body under `bodies`.",
         ),
+        key(
+            "free",
+            Value::Boolean,
+            Presence::Default("false"),
+            "true",
+            "Whether the facet of `ground` is free instead of fixed: nothing holds the sheet.",
+        ),
         optional(
             "crease",
             Value::Mapping(&CREASE),
@@ -72,7 +79,7 @@ pub static PATTERN: Mapping = Mapping {
         ),
         optional(
             "joints",
-            Value::PerJoint(&Value::Mapping(&CREASE_JOINT)),
+            Value::Per("joint", &Value::Mapping(&CREASE_JOINT)),
             "all creases are alike",
             "{ crease_48_m50: { drive: \"0.3*sin(2*pi*t)\" } }",
             "What acts at single creases: motors, stops, other springs.",
