@@ -7,12 +7,13 @@
 //!
 //! ```text
 //! p = c + d - A r       v = A^T V + r x w       a = A^T dV/dt - E r       alpha = dw/dt
-//!     1 - 2 (y^2 + z^2)   2 (x y - w z)       2 (x z + w y)
-//! A = 2 (x y + w z)       1 - 2 (x^2 + z^2)   2 (y z - w x)
-//!     2 (x z - w y)       2 (y z + w x)       1 - 2 (x^2 + y^2)
+//!     1 - s (y^2 + z^2)   s (x y - w z)       s (x z + w y)
+//! A = s (x y + w z)       1 - s (x^2 + z^2)   s (y z - w x)
+//!     s (x z - w y)       s (y z + w x)       1 - s (x^2 + y^2)
 //! ```
 //!
-//! (J. Diebel, "Representing Attitude", 2006, section 6.4.)
+//! (J. Diebel, "Representing Attitude", 2006, section 6.4.) s is 2 / (w^2 + x^2 + y^2 + z^2) and not 2: A is a
+//! rotation also between the normalisations of the quaternion, within the steps of an integrator.
 
 use nalgebra::Vector3;
 
@@ -98,11 +99,16 @@ impl Free {
 /// Binds the columns of A.
 fn axes(binder: &mut Binder, node: NodeId, [w, x, y, z]: &[Expr; 4]) -> [Vector; 3] {
     let (one, phase) = (Expr::one(), Phase::Orientation);
-    let [x2, y2, z2] = [x, y, z].map(|x| x + x);
+    let square = |x: &Expr| x * x;
+    let norm = &(&square(w) + &square(x)) + &(&square(y) + &square(z));
+    let scale = &binder.constant(2.0) * &norm.power(-1);
+    let scale = binder.scalar(node, phase, "scale", scale);
+    let [x2, y2, z2] = [x, y, z].map(|x| &scale * x);
+    let [x2, y2, z2] = binder.components(node, phase, "scaled", ["x", "y", "z"], [x2, y2, z2]);
     let products = [&x2 * x, &x2 * y, &x2 * z, &y2 * y, &y2 * z, &z2 * z, &x2 * w, &y2 * w, &z2 * w];
     let names = ["xx", "xy", "xz", "yy", "yz", "zz", "wx", "wy", "wz"];
     let [xx, xy, xz, yy, yz, zz, wx, wy, wz] =
-        binder.components(node, phase, "twice", names, products);
+        binder.components(node, phase, "scaled", names, products);
     let columns = [
         [&one - &(&yy + &zz), &xy + &wz, &xz - &wy],
         [&xy - &wz, &one - &(&xx + &zz), &yz + &wx],

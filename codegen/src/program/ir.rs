@@ -152,6 +152,19 @@ impl Interface {
         self.name_of(id.index(), &SPEED_NAMES)
     }
 
+    /// Refuses a mechanism with a free body for `what` does not handle one.
+    ///
+    /// # Errors
+    /// A body is free; the text says so.
+    pub fn without_free(&self, what: &str) -> Result<(), String> {
+        match self.free.first() {
+            None => Ok(()),
+            Some(body) => {
+                Err(format!("body `{}` is free, and {what} do not handle free bodies yet", body.name))
+            }
+        }
+    }
+
     fn name_of(&self, index: usize, parts: &[&str]) -> String {
         match index.checked_sub(self.joints.len()) {
             None => self.joints[index].name.clone(),

@@ -108,6 +108,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 /// Finds the equilibrium from an assembled state.
 pub fn settle(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Result<Equilibrium<f64>, Failed> {
+    system.interface().without_free("equilibria and modes").map_err(fail)?;
     state.u.fill(0.0);
     equilibrium(system, state.t, &mut state.q, &mut system.workspace()).map_err(|error| {
         let reason = describe(&error, system.interface());

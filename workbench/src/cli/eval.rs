@@ -33,7 +33,21 @@ pub struct Arguments {
 struct Report {
     model: String,
     joints: Vec<String>,
+    /// q and u go on with the free bodies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    free_bodies: Vec<String>,
     states: Vec<StateReport>,
+}
+
+/// Of all moving bodies together, in the base frame.
+#[derive(Serialize)]
+struct MomentumReport {
+    /// m.
+    centre_of_mass: [f64; 3],
+    /// kg m/s.
+    linear: [f64; 3],
+    /// About the centre of mass, kg m^2/s.
+    angular: [f64; 3],
 }
 
 #[derive(Serialize)]
@@ -52,6 +66,7 @@ struct StateReport {
     /// For each joint force (N) and moment (N m) of the first body on the second, in the joint's
     /// frame.
     reactions: Vec<Vec<f64>>,
+    momentum: MomentumReport,
     /// Of driven joints, N m.
     motor_torques: BTreeMap<String, f64>,
 }
@@ -84,6 +99,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let report = Report {
         model: interface.name.clone(),
         joints: interface.joints.iter().map(|joint| joint.name.clone()).collect(),
+        free_bodies: interface.free.iter().map(|body| body.name.clone()).collect(),
         states: reports,
     };
     let json = serde_json::to_string_pretty(&report).map_err(fail)?;
@@ -119,14 +135,16 @@ struct Solution {
 
 fn solve(system: &Jit, state: &StateInput) -> Result<Solution, String> {
     let d = system.dimensions();
-    let n = d.coordinates;
-    let (mut q, mut u) = (state.q.clone(), state.u.clone().unwrap_or(vec![0.0; n]));
-    for (name, numbers) in [("q", &q), ("u", &u)] {
+    let (mut q, mut u) = (state.q.clone(), state.u.clone().unwrap_or(vec![0.0; d.speeds]));
+    for (name, numbers, n) in [("q", &q, d.coordinates), ("u", &u, d.speeds)] {
         if numbers.len() != n {
-            return Err(format!(
-                "`{name}` has {} numbers, but the model has {n} joints",
-                numbers.len()
-            ));
+            let (given, joints) = (numbers.len(), d.joints);
+            return Err(match d.speeds == d.joints {
+                true => format!("`{name}` has {given} numbers, but the model has {joints} joints"),
+                false => format!(
+                    "`{name}` has {given} numbers, but the joints and free bodies of the model have {n}"
+                ),
+            });
         }
     }
     let mut acceleration = system.speeds();
@@ -155,10 +173,10 @@ fn evaluate(
     state: &StateInput,
 ) -> Result<StateReport, String> {
     let d = system.dimensions();
-    let n = d.coordinates;
+    let n = d.speeds;
     set(mechanism, system, state)?;
     let Solution { q, u, acceleration, lambda, constraint } = solve(system, state)?;
-    let mut reactions = vec![0.0; 6 * n];
+    let mut reactions = vec![0.0; 6 * d.joints];
     let multipliers = &lambda[..d.rows];
     let at = Balance { t: state.t, q: &q, u: &u, acceleration: &acceleration, multipliers };
     let message = |error| describe(&error, system.interface());
@@ -175,8 +193,14 @@ fn evaluate(
     if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
         return Err("its energy is too large for a double".to_owned());
     }
+    let momentum = system.momentum(&q, &u).map_err(message)?;
     Ok(StateReport {
         t: state.t,
+        momentum: MomentumReport {
+            centre_of_mass: momentum.centre,
+            linear: momentum.linear,
+            angular: momentum.angular,
+        },
         q,
         u,
         reactions: reactions.chunks(6).map(<[f64]>::to_vec).collect(),
@@ -187,7 +211,7 @@ fn evaluate(
         closure_residual: lamc::arithmetic::largest(&residual),
         kinetic_energy: energy.kinetic,
         potential_energy: energy.potential,
-        mass_matrix: mass.chunks(n).map(<[f64]>::to_vec).collect(),
+        mass_matrix: mass.chunks(n.max(1)).map(<[f64]>::to_vec).collect(),
         forcing,
     })
 }
@@ -199,7 +223,7 @@ fn mass_and_forcing(
     q: &[f64],
     u: &[f64],
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
-    let (n, rows) = (q.len(), system.dimensions().rows);
+    let (n, rows) = (u.len(), system.dimensions().rows);
     let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
     let (mut jacobian, mut gamma) = (vec![0.0; rows * n], vec![0.0; rows]);
     let out = EquationsMut {

@@ -212,6 +212,7 @@ impl Fold {
         Motion {
             name: mechanism.name.clone(),
             course: Course::Progress,
+            free: Vec::new(),
             joints: mechanism.joints.iter().map(|joint| joint.name.clone()).collect(),
             bodies: mechanism.bodies.iter().map(|body| body.name.clone()).collect(),
             points: mechanism.points.iter().map(|point| point.name.clone()).collect(),

@@ -122,7 +122,7 @@ impl Audit {
     }
 }
 
-/// The sum of the changes of V if each joint turns by `LOOSE`, J.
+/// The sum of the changes of V if each speed acts for `LOOSE`, J.
 fn loose<Y>(
     system: &Y,
     State { t, q, u }: &State<Vec<f64>, f64>,
@@ -131,10 +131,11 @@ fn loose<Y>(
 where
     Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
 {
-    let turned = |joint: usize, angle: f64| {
-        let mut q = q.clone();
-        q[joint] += angle;
+    let turned = |speed: usize, angle: f64| {
+        let (mut q, mut step) = (q.clone(), vec![0.0; u.len()]);
+        step[speed] = angle;
+        system.advance(&mut q, &step);
         Ok((system.energy(*t, &q, u)?.potential - potential).abs())
     };
-    (0..q.len()).map(|joint| Ok(larger(turned(joint, LOOSE)?, turned(joint, -LOOSE)?))).sum()
+    (0..u.len()).map(|speed| Ok(larger(turned(speed, LOOSE)?, turned(speed, -LOOSE)?))).sum()
 }

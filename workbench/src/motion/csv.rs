@@ -2,18 +2,29 @@
 
 use std::fmt::Write;
 
+use lamc::source::free::{COORDINATE_NAMES, SPEED_NAMES};
 use lamc_runtime::Energy;
 
 use super::Motion;
 
 impl Motion {
-    /// Time, angles, rates, accelerations, energies, closure and points. Numbers are written so
+    /// Time, coordinates, speeds, accelerations, energies, closure and points. Numbers are written so
     /// that they read back as they are.
     pub fn to_csv(&self) -> String {
         let mut text = "t [s]".to_owned();
-        for (symbol, unit) in [("q", "rad"), ("u", "rad/s"), ("a", "rad/s^2")] {
+        let speeds = |linear, angular| SPEED_NAMES.into_iter().zip([[linear; 3], [angular; 3]].concat());
+        let q = COORDINATE_NAMES.into_iter().zip(["m", "m", "m", "-", "-", "-", "-"]);
+        let columns: [(&str, &str, Vec<_>); 3] = [
+            ("q", "rad", q.collect()),
+            ("u", "rad/s", speeds("m/s", "rad/s").collect()),
+            ("a", "rad/s^2", speeds("m/s^2", "rad/s^2").collect()),
+        ];
+        for (symbol, unit, parts) in columns {
             for joint in &self.joints {
                 let _ = write!(text, ",{symbol}.{joint} [{unit}]");
+            }
+            for (body, (part, unit)) in self.free.iter().flat_map(|b| parts.iter().map(move |p| (b, p))) {
+                let _ = write!(text, ",{symbol}.{body}.{part} [{unit}]");
             }
         }
         text.push_str(",kinetic [J],potential [J],closure [m]");

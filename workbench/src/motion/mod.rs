@@ -24,6 +24,8 @@ pub struct Motion {
     pub course: Course,
     /// Joints, in the order of q and u.
     pub joints: Vec<String>,
+    /// Free bodies: q and u go on with theirs.
+    pub free: Vec<String>,
     /// Bodies, in the order of [`Sample::poses`].
     pub bodies: Vec<String>,
     /// Points, in the order of [`Sample::points`].
@@ -78,11 +80,11 @@ impl Course {
 pub struct Sample {
     /// Time, s, or what the motion's [`Course`] is.
     pub t: f64,
-    /// q, N, rad.
+    /// q: the angles of the joints, rad, then the positions (m) and quaternions of the free bodies.
     pub q: Vec<f64>,
-    /// u = dq/dt, N, rad/s.
+    /// u: the speeds of the joints, rad/s, then those of the free bodies, m/s and rad/s.
     pub u: Vec<f64>,
-    /// du/dt, N, rad/s^2.
+    /// du/dt, per second.
     pub acceleration: Vec<f64>,
     /// The energies of the whole mechanism, J.
     pub energy: Energy<f64>,
@@ -110,6 +112,7 @@ impl Motion {
             name: interface.name.clone(),
             course: Course::Time,
             joints: interface.joints.iter().map(|joint| joint.name.clone()).collect(),
+            free: interface.free.iter().map(|body| body.name.clone()).collect(),
             bodies: interface.bodies.iter().map(|body| body.name.clone()).collect(),
             points: interface.points.clone(),
             size: interface.size,

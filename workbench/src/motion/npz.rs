@@ -1,5 +1,6 @@
 //! A motion as a NumPy archive: a zip of arrays, by name.
 
+use lamc::source::free::{COORDINATES, SPEEDS};
 use std::io::{self, Cursor, Write};
 
 use npyz::{AutoSerialize, DType, WriterBuilder};
@@ -27,17 +28,21 @@ impl Motion {
     /// Those of the archive, for example if it is too large.
     pub fn to_npz(&self) -> io::Result<Vec<u8>> {
         let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-        let (samples, n, points, bodies) =
-            (self.samples.len(), self.joints.len(), self.points.len(), self.bodies.len());
+        let (samples, points, bodies) =
+            (self.samples.len(), self.points.len(), self.bodies.len());
+        let joints = self.joints.len();
+        let coordinates = joints + COORDINATES * self.free.len();
+        let speeds = joints + SPEEDS * self.free.len();
         archive.names("joints", &self.joints)?;
+        archive.names("free_bodies", &self.free)?;
         archive.names("points", &self.points)?;
         archive.names("bodies", &self.bodies)?;
         let each = |of: fn(&Sample) -> f64| self.samples.iter().map(of);
         archive.numbers("t", &[samples], each(|sample| sample.t))?;
-        let joints = |of: fn(&Sample) -> &Vec<f64>| self.samples.iter().flat_map(of).copied();
-        archive.numbers("q", &[samples, n], joints(|sample| &sample.q))?;
-        archive.numbers("u", &[samples, n], joints(|sample| &sample.u))?;
-        archive.numbers("a", &[samples, n], joints(|sample| &sample.acceleration))?;
+        let each_of = |of: fn(&Sample) -> &Vec<f64>| self.samples.iter().flat_map(of).copied();
+        archive.numbers("q", &[samples, coordinates], each_of(|sample| &sample.q))?;
+        archive.numbers("u", &[samples, speeds], each_of(|sample| &sample.u))?;
+        archive.numbers("a", &[samples, speeds], each_of(|sample| &sample.acceleration))?;
         archive.numbers("kinetic", &[samples], each(|sample| sample.energy.kinetic))?;
         archive.numbers("potential", &[samples], each(|sample| sample.energy.potential))?;
         archive.numbers("closure", &[samples], each(|sample| sample.closure))?;

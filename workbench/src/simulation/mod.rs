@@ -9,7 +9,7 @@
 //! let file = lamc::source::SourceFile::read("examples/sixbar.yaml")?;
 //! let system = Jit::new(&lamc::pipeline::compile(&file)?.program);
 //! let mut state = system.initial();
-//! let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
+//! let pinned: Vec<bool> = (0..system.dimensions().joints).map(|joint| system.is_pinned(joint)).collect();
 //! assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace())?;
 //! let mut simulation = Simulation::new(system, state, None, &Settings::default())?;
 //! simulation.run((0..=100).map(|i| f64::from(i) * 0.01), || false, |_| ())?;
@@ -132,7 +132,7 @@ impl Simulation {
     ) -> Result<Self, Error> {
         let motion = Motion::new(system.interface());
         let audit = Audit::new(&system, &state, settings.tolerance)?;
-        let stopped = vec![false; state.q.len()];
+        let stopped = vec![false; system.interface().joints.len()];
         let mut system = Stopped::new(system);
         system.restitution = settings.restitution;
         let leaves = settings.method == Method::Auto && is_singular(&system, &state);
@@ -299,7 +299,7 @@ impl Simulation {
             (self.leaves, self.method) = (false, Method::Auto);
             self.pace.restart(steps, t);
         }
-        let spent = self.steps.implicit as f64 * (self.state.q.len() as f64).powi(3);
+        let spent = self.steps.implicit as f64 * (self.state.u.len() as f64).powi(3);
         if self.leaves && spent > MOST_TO_LEAVE {
             let suspect = suspect(&self.system, &self.state);
             return Err(SimulationError::StaysSingular { t, suspect });
@@ -368,5 +368,5 @@ fn is_singular(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> bool {
     let found =
         acceleration(system, state.t, &state.q, &state.u, &mut system.workspace(), &mut rates);
     let usual = system.system.interface().rank + d.drives;
-    found.is_ok_and(|constraint| constraint.rank < usual.min(d.coordinates))
+    found.is_ok_and(|constraint| constraint.rank < usual.min(d.speeds))
 }

@@ -57,7 +57,7 @@ pub fn loose_rigid_loop(topology: &Topology, system: &Jit, q: &[f64]) -> Option<
     if !is_rigid {
         return None;
     }
-    let n = q.len();
+    let n = system.dimensions().speeds;
     let rows = ROWS * topology.loops.len();
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * n]);
     system.write_closure(q, &mut residual, &mut jacobian).ok()?;

@@ -25,7 +25,7 @@ pub struct TooMany {
 pub fn sample_times(system: &Jit, duration: f64, rate: f64) -> Result<Vec<f64>, TooMany> {
     let samples = (duration * rate * (1.0 - ROUNDING)).ceil();
     let d = system.dimensions();
-    let numbers = (4 + 3 * d.coordinates + 3 * d.points + 12 * d.bodies) as f64;
+    let numbers = (4 + d.coordinates + 2 * d.speeds + 3 * d.points + 12 * d.bodies) as f64;
     if samples * numbers > MOST_NUMBERS {
         return Err(TooMany { samples, most: MOST_NUMBERS / numbers });
     }

@@ -24,7 +24,7 @@ const MOST_NAMED: usize = 6;
 /// What is asked of the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
-    /// A guess of the angles, and the speeds.
+    /// A guess of q, and u.
     pub state: State<Vec<f64>, f64>,
     /// For each joint, whether its angle is to be kept if the loops can close that way.
     pub pinned: Vec<bool>,
@@ -36,9 +36,9 @@ impl Asked {
     /// The model's initial state. If there are guesses of angles (rad), only these are to be kept.
     pub fn of(system: &Jit, guess: &[(usize, f64)]) -> Self {
         let mut state = system.initial();
-        let n = state.q.len();
+        let joints = system.interface().joints.len();
         let is_pinned = |joint| guess.is_empty() && system.is_pinned(joint);
-        let mut pinned: Vec<bool> = (0..n).map(is_pinned).collect();
+        let mut pinned: Vec<bool> = (0..joints).map(is_pinned).collect();
         for &(joint, angle) in guess {
             (state.q[joint], pinned[joint]) = (angle, true);
         }

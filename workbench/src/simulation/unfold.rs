@@ -60,10 +60,10 @@ impl Fold {
 pub fn unfold(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Option<Fold> {
     let d = system.dimensions();
     let at_rest = largest(&state.u) == 0.0 && largest(&state.q) <= FLAT;
-    if d.drives > 0 || d.loops < MANY || !at_rest {
+    if d.drives > 0 || d.speeds > d.joints || d.loops < MANY || !at_rest {
         return None;
     }
-    let usual = system.interface().rank.min(d.coordinates);
+    let usual = system.interface().rank.min(d.speeds);
     let workspace = &mut system.workspace();
     let mut rates = system.speeds();
     let mut rank = |q: &[f64], rates: &mut [f64]| {
@@ -76,7 +76,7 @@ pub fn unfold(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Option<Fold> {
         return None;
     }
     let mut fold: Vec<f64> = rates.iter().map(|rate| FOLDED * rate / fastest).collect();
-    let free = vec![false; d.coordinates];
+    let free = vec![false; d.joints];
     let close = |fold: &mut [f64]| {
         assemble(system, state.t, fold, &free, &mut system.workspace())
             .ok()

@@ -11,9 +11,9 @@ pub struct Values {
     pub inputs: Vec<f64>,
     /// Time, s.
     pub t: f64,
-    /// Joint angles, rad.
+    /// Joint angles, rad, then the coordinates of the free bodies.
     pub q: Vec<f64>,
-    /// Joint speeds, rad/s.
+    /// Joint speeds, rad/s, then those of the free bodies.
     pub u: Vec<f64>,
 }
 

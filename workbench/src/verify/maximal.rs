@@ -22,7 +22,7 @@ use super::placement::{Motion, motions, turn};
 /// Results of the equations at one state.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// Joint accelerations, rad/s^2.
+    /// du/dt: of the joints, rad/s^2, and of the free bodies, m/s^2 and rad/s^2.
     pub acceleration: Vec<f64>,
     /// The largest of them, and of those that there would be if no joint were driven: motors hold against the
     /// rest.
@@ -87,7 +87,7 @@ pub fn solve(mechanism: &Mechanism, values: &Values) -> Result<Solution, Massles
 
 /// The mass matrix of a mechanism without loops, row-major: the polarised kinetic energy.
 pub fn tree_mass_matrix(mechanism: &Mechanism, values: &Values) -> Vec<Vec<f64>> {
-    let n = mechanism.joints.len();
+    let n = mechanism.speeds();
     let unit_speeds = |joint: usize| {
         let u = (0..n).map(|j| f64::from(u8::from(j == joint))).collect();
         Values { u, ..values.clone() }
@@ -255,7 +255,14 @@ impl<'a> System<'a> {
             hinges.iter().map(|hinge| hinge.direction.dot(&relative(hinge))).collect()
         };
         let Constrained { accelerations, rank, spectrum } = constrain(&rows, &rhs, &free, &root);
-        let joints = about_hinges(&accelerations);
+        let mut joints = about_hinges(&accelerations);
+        for free in &self.mechanism.free {
+            let body = free.body.index();
+            let Some(c) = column(body) else { continue };
+            // dw/dt in the body's frame is alpha in that frame, because w x w = 0.
+            let own = self.motions[body].rotation.transpose() * accelerations.fixed_rows::<3>(c + 3);
+            joints.extend(accelerations.fixed_rows::<3>(c).iter().chain(&own));
+        }
         let mut magnitude = largest(&joints);
         let undriven = 5 * hinges.len();
         if undriven < rows.nrows() {

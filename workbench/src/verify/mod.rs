@@ -199,7 +199,7 @@ impl Systems<'_> {
         let closed = larger(expected.open_by, expected.speed_mismatch);
         errors.closure = larger(errors.closure, closed);
 
-        let n = values.q.len();
+        let n = values.u.len();
         let (found, constraint) = match accelerated(&self.machine, values) {
             Ok(answer) => answer,
             Err(error) => {
@@ -252,7 +252,7 @@ fn accelerated<M>(
 where
     M: Mechanism<Scalar = f64>,
 {
-    let mut rates = vec![f64::NAN; values.q.len()];
+    let mut rates = vec![f64::NAN; values.u.len()];
     let mut workspace = system.workspace();
     let (q, u) = (&values.q, &values.u);
     let constraint = acceleration(system, values.t, q, u, workspace.as_mut(), &mut rates)?;

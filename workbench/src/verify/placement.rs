@@ -1,7 +1,7 @@
 //! Where the bodies are and how they move, from the angles and speeds of the joints.
 
-use lamc::laminate::Mechanism;
-use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+use lamc::laminate::{FreeId, Mechanism};
+use nalgebra::{Matrix3, Quaternion, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use super::expression::Values;
 
@@ -18,6 +18,22 @@ pub struct Motion {
     pub velocity: Vector3<f64>,
 }
 
+/// Where a free body is and how it moves, by its coordinates and speeds.
+fn of_free(mechanism: &Mechanism, values: &Values, index: usize) -> Motion {
+    let com = mechanism.bodies[mechanism.free[index].body.index()].mass_properties.com;
+    let q = &values.q[mechanism.coordinate_of(FreeId(index)).index()..];
+    let u = &values.u[mechanism.speed_of(FreeId(index)).index()..];
+    let orientation = Quaternion::new(q[3], q[4], q[5], q[6]);
+    let rotation = UnitQuaternion::new_normalize(orientation).to_rotation_matrix().into_inner();
+    let vector = |x: &[f64]| Vector3::new(x[0], x[1], x[2]);
+    Motion {
+        rotation,
+        position: com + vector(&q[..3]) - rotation * com,
+        omega: rotation * vector(&u[3..]),
+        velocity: vector(&u[..3]),
+    }
+}
+
 /// Where every body is and how it moves: hinges are followed in any order until all are placed.
 pub fn motions(mechanism: &Mechanism, values: &Values) -> Vec<Motion> {
     let ground = Motion {
@@ -28,6 +44,9 @@ pub fn motions(mechanism: &Mechanism, values: &Values) -> Vec<Motion> {
     };
     let mut placed: Vec<Option<Motion>> =
         mechanism.bodies.iter().map(|body| body.fixed.then_some(ground)).collect();
+    for (index, free) in mechanism.free.iter().enumerate() {
+        placed[free.body.index()] = Some(of_free(mechanism, values, index));
+    }
     while placed.iter().any(Option::is_none) {
         let before = placed.iter().flatten().count();
         for (j, joint) in mechanism.joints.iter().enumerate() {
@@ -50,7 +69,7 @@ pub fn motions(mechanism: &Mechanism, values: &Values) -> Vec<Motion> {
             let velocity = at_hinge + omega.cross(&(new_com - hinge));
             placed[new] = Some(Motion { rotation, position, omega, velocity });
         }
-        debug_assert!(placed.iter().flatten().count() > before, "all bodies hang on the ground");
+        debug_assert!(placed.iter().flatten().count() > before, "all bodies hang on the ground or a free body");
     }
     placed.into_iter().flatten().collect()
 }

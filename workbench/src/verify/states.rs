@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use lamc::pipeline::Compiled;
+use lamc::source::free::{COORDINATES, unit};
 use lamc_runtime::{Mechanism, assemble, project};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -10,6 +11,9 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use super::maximal::{Massless, Solution, solve};
 use super::{Remark, Settings, Values};
 use crate::execution::Jit;
+
+/// The coordinates of a free body as drawn.
+const DRAWN: [f64; COORDINATES] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 
 /// Guesses per state that is asked for.
 const GUESSES: usize = 30;
@@ -104,7 +108,10 @@ impl<'a> Draw<'a> {
             !(least..=greatest).contains(&0.0)
         };
         let is_driven = !self.system.interface().driven().is_empty();
-        (!is_driven && !(0..n).any(moves)).then(|| self.values(0.0, vec![0.0; n], vec![0.0; n]))
+        let d = self.system.dimensions();
+        let free = self.system.interface().free.iter().flat_map(|_| DRAWN);
+        let q = std::iter::repeat_n(0.0, n).chain(free).collect();
+        (!is_driven && !(0..n).any(moves)).then(|| self.values(0.0, q, vec![0.0; d.speeds]))
     }
 
     /// A random closed state; none where this guess leads nowhere.
@@ -131,7 +138,15 @@ impl<'a> Draw<'a> {
                 }
             })
             .collect();
-        let mut u: Vec<f64> = (0..n).map(|_| self.between(-SPEED, SPEED)).collect();
+        let d = self.system.dimensions();
+        for _ in 0..self.system.interface().free.len() {
+            let orientation: [f64; 4] = std::array::from_fn(|_| self.between(-1.0, 1.0));
+            let place: [f64; 3] = std::array::from_fn(|_| self.between(-1.0, 1.0));
+            let size = self.system.interface().size;
+            q.extend(place.map(|x| x * size));
+            q.extend(unit(orientation).unwrap_or([1.0, 0.0, 0.0, 0.0]));
+        }
+        let mut u: Vec<f64> = (0..d.speeds).map(|_| self.between(-SPEED, SPEED)).collect();
         let mut workspace = self.system.workspace();
         assemble(&self.system, t, &mut q, &vec![false; n], &mut workspace).ok()?;
         project(&self.system, t, &mut q, &mut u, &mut workspace).ok()?;
