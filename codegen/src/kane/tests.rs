@@ -89,7 +89,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         span: Span::default(),
     };
     let node = |k: usize| Node {
-        joint: JointId(k),
+        connection: Connection::Hinge(JointId(k)),
         body: BodyId(k + 1),
         ghost: None,
         parent: k.checked_sub(1).map(NodeId),
@@ -110,6 +110,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         initial_q: vec![0.0; n],
         initial_given: Vec::new(),
         initial_u: vec![0.0; n],
+        free: Vec::new(),
         air: None,
         size: n as f64,
     };

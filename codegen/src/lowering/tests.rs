@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use super::{balance, dead, fold, number};
 use crate::program::tests::random::{LOADS, formula, function, functions};
 use crate::program::{Function, Op, Phase, Section, Slot, Value};
-use crate::source::JointId;
+use crate::source::CoordinateId;
 
 /// Runs a function on some coordinates.
 fn run(function: &Function, q: &[f64]) -> Vec<f64> {

@@ -164,7 +164,7 @@ mod tests {
     use super::*;
     use crate::program::{Instruction, JointInfo, Moving, Output, SIGNATURES};
     use crate::program::{Phase, Section};
-    use crate::source::JointId;
+    use crate::source::{CoordinateId, SpeedId};
 
     /// Two joints, one loop with three closure rows.
     fn interface() -> Interface {

@@ -7,7 +7,7 @@ use lamc::program::{
     Engine, Function, FunctionKind, Instruction, Interface, Interpretation, Op, Output, Phase,
     Program, Section, Slot, Value,
 };
-use lamc::source::JointId;
+use lamc::source::CoordinateId;
 
 const LOADS: usize = 4;
 

@@ -28,6 +28,9 @@ pub fn constrain(
     free: &DVector<f64>,
     root: &DMatrix<f64>,
 ) -> Constrained {
+    if rows.nrows() == 0 {
+        return Constrained { accelerations: free.clone(), rank: 0, spectrum: Vec::new() };
+    }
     let mut scaled = rows * root;
     let mut weights = DVector::zeros(rows.nrows());
     for (i, mut row) in scaled.row_iter_mut().enumerate() {

@@ -41,6 +41,7 @@ pub fn body(name: &str, shape: Shape) -> Body {
     Body {
         name: named(name),
         fixed: false,
+        free: false,
         shape,
         slits: Vec::new(),
         point_masses: Vec::new(),

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use crate::program::{
     Function, FunctionKind, Instruction, Op, Output, Phase, Section, Slot, Value,
 };
-use crate::source::JointId;
+use crate::source::CoordinateId;
 
 /// Coordinates that they read.
 pub const LOADS: usize = 4;

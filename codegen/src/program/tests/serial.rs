@@ -6,11 +6,11 @@ use sha2::{Digest, Sha256};
 
 use crate::pipeline;
 use crate::program::{
-    BodyInfo, FORMAT_VERSION, Fact, FunctionKind, Interface, Interpreter, JointInfo, Moving, Op,
+    BodyInfo, FORMAT_VERSION, Fact, FreeBodyInfo, FunctionKind, Interface, Interpreter, JointInfo, Moving, Op,
     ParameterInfo, Phase, Program, Quantity, ReadError, Section, Slot, Subject, Value, VerifyError,
 };
 use crate::sealed::{Format, Unreadable};
-use crate::source::{InputId, JointId, ParameterId, SourceFile};
+use crate::source::{CoordinateId, InputId, ParameterId, SourceFile, SpeedId};
 use crate::topology::{LoopId, NodeId};
 
 const FORMAT: Format = Format { name: *b"lamcprog", version: FORMAT_VERSION };
@@ -51,21 +51,21 @@ fn each() -> impl Serialize {
             Op::Sin(y),
         ],
     ];
-    let [joint, parameter, input] = [JointId(1), JointId(2), JointId(3)].map(JointId::index);
-    let (joint, parameter, input) = (JointId(joint), ParameterId(parameter), InputId(input));
+    let (coordinate, speed) = (CoordinateId(1), SpeedId(1));
+    let (parameter, input) = (ParameterId(2), InputId(3));
     let movings = [
         Moving::Time,
-        Moving::Position(joint),
-        Moving::Rate(joint),
+        Moving::Position(speed),
+        Moving::Rate(speed),
         Moving::Parameter(parameter),
         Moving::Input(input),
     ];
     let slots = [
-        Slot::Position(joint),
-        Slot::Rate(joint),
+        Slot::Position(coordinate),
+        Slot::Rate(speed),
         Slot::Parameter(parameter),
         Slot::Input(input),
-        Slot::Acceleration(joint),
+        Slot::Acceleration(speed),
     ];
     let subjects = [Subject::Mechanism, Subject::Body(NodeId(3)), Subject::Loop(LoopId(4))];
     let quantity = Some(Quantity::new("mass", "mass, kg"));
@@ -83,6 +83,11 @@ fn each() -> impl Serialize {
             initial_given: true,
             initial_u: 0.5,
             driven: false,
+        }],
+        free: vec![FreeBodyInfo {
+            name: text("body"),
+            q: [0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 0.0],
+            u: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
         }],
         bodies: vec![BodyInfo { name: text("body"), fixed: true }],
         nodes: vec![text("node")],

@@ -84,6 +84,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
         bodies: (0..bodies).map(body).collect(),
         initial_q: vec![0.0; joints.len()],
         initial_u: vec![0.0; joints.len()],
+        free: Vec::new(),
         air: None,
         joints,
         parameters: Vec::new(),
