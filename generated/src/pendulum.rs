@@ -305,6 +305,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     loops: 0,
     bodies: 2,
     points: 1,
+    contacts: 0,
     drives: 0,
     parameters: 0,
     inputs: 0,

@@ -526,6 +526,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     loops: 1,
     bodies: 6,
     points: 1,
+    contacts: 0,
     drives: 0,
     parameters: 0,
     inputs: 0,

@@ -1,4 +1,4 @@
-//! Phase 6, energies: kinetic energy, and the potential energy of gravity and springs.
+//! Phase 6, energies: kinetic energy, and the potential energy of gravity, springs and contacts.
 
 use super::binder::Binder;
 use super::inertia::Inertias;
@@ -27,7 +27,8 @@ impl Energy {
         let kinetic = kinetic(binder, kinematics, inertias);
         let gravity = gravity(binder, kinematics, inertias, loads);
         let springs = springs(binder, kinematics, loads);
-        Self { kinetic, potential: &gravity + &springs }
+        let stored = &springs + loads.contacts().stored();
+        Self { kinetic, potential: &gravity + &stored }
     }
 }
 

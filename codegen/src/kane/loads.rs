@@ -1,10 +1,11 @@
-//! Phase 3, loads: gravity, applied forces, air drag and joint torques, and the bias force of every
+//! Phase 3, loads: gravity, applied forces, air drag, contacts and joint torques, and the bias force of every
 //! body, which is the sum of these forces and of its inertia force at du/dt = 0.
 
 use crate::program::{Phase, Quantity, Section};
 use nalgebra::Vector3;
 
 use super::binder::Binder;
+use super::contact::Contacts;
 use super::facts::AXES;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
@@ -23,6 +24,8 @@ pub struct Loads {
     gravity: Vector,
     /// Wrenches of applied forces and of air drag, by node.
     applied: Vec<Wrench>,
+    /// Contacts of points with planes.
+    contacts: Contacts,
     /// Bias forces for the minimal inertia, by node.
     bias: Vec<Wrench>,
     /// Springs, by node.
@@ -61,12 +64,13 @@ impl Loads {
     pub fn new(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Self {
         let gravity = &binder.mechanism().gravity;
         let gravity = vector(binder, gravity, "gravity");
-        let applied = applied(binder, kinematics);
+        let contacts = Contacts::new(binder, kinematics);
+        let applied = applied(binder, kinematics, &contacts);
         let links = kinematics.links();
         let springs: Vec<Spring> = links.iter().map(|link| spring(binder, link)).collect();
         let pairs = links.iter().zip(&springs);
         let torques = pairs.map(|(link, spring)| joint_torque(binder, link, spring)).collect();
-        let mut loads = Self { gravity, applied, bias: Vec::new(), springs, torques };
+        let mut loads = Self { gravity, applied, contacts, bias: Vec::new(), springs, torques };
         let names = WrenchNames {
             gravity_phase: Phase::ApparentGravity,
             phase: Phase::BiasForce,
@@ -85,6 +89,11 @@ impl Loads {
     /// Returns the bias forces for the minimal inertia, by node.
     pub fn bias(&self) -> &[Wrench] {
         &self.bias
+    }
+
+    /// Returns the contacts of points with planes.
+    pub fn contacts(&self) -> &Contacts {
+        &self.contacts
     }
 
     /// Returns the spring of a node's joint.
@@ -165,8 +174,8 @@ fn inertial_wrench(inertia: &SpatialInertia, motion: &Motion, gravity: &Vector) 
     }
 }
 
-/// Returns, by node, the wrenches of forces at points and of the air. Ghosts carry none.
-fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
+/// Returns, by node, the wrenches of forces at points, of the air and of contacts. Ghosts carry none.
+fn applied(binder: &mut Binder, kinematics: &Kinematics, contacts: &Contacts) -> Vec<Wrench> {
     let mechanism = binder.mechanism();
     let pressure = mechanism.air.as_ref().map(|air| {
         let density = binder.formula(&air.density, "air_density", None);
@@ -204,7 +213,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
                 }
             }
         }
-        wrenches.push(sum);
+        wrenches.push(sum.plus(contacts.on(link.node)));
     }
     wrenches
 }

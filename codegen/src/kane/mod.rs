@@ -16,6 +16,7 @@
 //! | spatial inertia | minimal inertial parameters | `inertia` |
 //! | kinematics | placements, w, v, alpha, a, partial velocities | `kinematics`, of `frame`, `link`, `placement`, `motion` |
 //! | loads | gravity, forces, air, joint torques, bias forces | `loads` |
+//! | contacts | forces between points and planes | `contact`, of `touch` |
 //! | generalized forces | f | `forces` |
 //! | mass matrix | composite inertia, M | `mass` |
 //! | energies | kinetic and potential energy | `energy` |
@@ -32,6 +33,7 @@
 mod articulated;
 mod binder;
 mod closure;
+mod contact;
 mod derive;
 mod energy;
 mod equations;
@@ -49,6 +51,7 @@ mod mass;
 mod motion;
 mod outputs;
 mod placement;
+mod touch;
 mod turn;
 mod vector;
 mod wrench;

@@ -3,6 +3,7 @@
 
 mod air;
 mod check;
+mod contact;
 pub mod flexure;
 mod fold;
 mod hinge;
@@ -18,6 +19,7 @@ mod tests;
 mod tunable;
 mod verdicts;
 
+pub use contact::SINKING;
 pub(crate) use hinge::direction;
 pub use kinks::{Kink, kinks};
 pub use linear::{Excursion, excursions};
@@ -52,6 +54,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         inputs: model.inputs.iter().map(|input| input.value.clone()).collect(),
         points: points(model),
         forces: forces(model),
+        contacts: Vec::new(),
         initial_q: fold::initial_angles(model, &mut found),
         cuts: model.cuts.clone(),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
@@ -74,6 +77,9 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
     }
     if !found.has_errors() {
         neighbours::check(model, across, &mut found);
+    }
+    if !found.has_errors() {
+        mechanism.contacts = contact::contacts(model, &mechanism, &mut found);
     }
     tunable::apply(model, &mut mechanism);
     let defaults: Vec<f64> = mechanism.parameters.iter().map(|parameter| parameter.value).collect();

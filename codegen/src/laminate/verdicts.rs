@@ -5,9 +5,11 @@
 
 use std::fmt;
 
-use super::mechanism::{Joint, Mechanism};
+use super::mechanism::{Contact, Joint, Mechanism};
 use crate::source::codes::{self, Code};
-use crate::source::{BodyId, Diagnostic, Expression, JointId, Severity, SourceModel, Span, Spring};
+use crate::source::{
+    BodyId, ContactId, Diagnostic, Expression, JointId, Severity, SourceModel, Span, Spring,
+};
 
 /// An impossible or unusual value of a formula.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +34,9 @@ enum Law {
     Friction(JointId),
     Drive(JointId),
     Mass(BodyId),
+    ContactStiffness(ContactId),
+    ContactDissipation(ContactId),
+    ContactFriction(ContactId),
     AirDensity,
     Drag,
 }
@@ -74,6 +79,12 @@ impl Law {
             Self::Friction(id) => joint(id).friction.as_ref().map_or(whole, |it| it.torque.span),
             Self::Drive(id) => joint(id).drive.as_ref().map_or(whole, |drive| drive.span),
             Self::Mass(id) => model.bodies[id.index()].name.span,
+            Self::ContactStiffness(id) => {
+                let contact = &model.contacts[id.index()];
+                contact.stiffness.as_ref().map_or(contact.name.span, |law| law.span)
+            }
+            Self::ContactDissipation(id) => model.contacts[id.index()].dissipation.span,
+            Self::ContactFriction(id) => model.contacts[id.index()].friction.span,
             Self::AirDensity => model.air.as_ref().map_or(whole, |air| air.density.span),
             Self::Drag => model.air.as_ref().map_or(whole, |air| air.drag.span),
         }
@@ -96,6 +107,9 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
             let hint = "it must be finite and greater than zero".to_owned();
             (format!("the mass of `{}` is not positive", body.name), Some(hint))
         });
+    }
+    for (index, contact) in mechanism.contacts.iter().enumerate() {
+        judge.contact(ContactId(index), contact);
     }
     if let Some(air) = &mechanism.air {
         for (what, law, place) in [
@@ -177,6 +191,25 @@ impl Judge<'_> {
                 let [angle, low, high] = [angle, low, high].map(f64::to_degrees);
                 let hint = format!("{angle:.4} deg is not within {low:.4} .. {high:.4} deg");
                 (format!("the angle of `{name}` is outside its limits"), Some(hint))
+            });
+        }
+    }
+
+    /// Checks the laws of a contact.
+    fn contact(&mut self, id: ContactId, contact: &Contact) {
+        let Contact { name, stiffness, dissipation, friction, .. } = contact;
+        let is_soft = |stiffness: f64| !(stiffness > 0.0 && stiffness.is_finite());
+        let what = |what: &str| format!("the {what} of contact `{name}`");
+        let place = Law::ContactStiffness(id);
+        self.refuse(stiffness, place, codes::NEGATIVE_CONTACT, is_soft, || {
+            (what("stiffness") + " is not positive: it would pull, or not push at all", None)
+        });
+        for (key, law, place) in [
+            ("dissipation", dissipation, Law::ContactDissipation(id)),
+            ("friction", friction, Law::ContactFriction(id)),
+        ] {
+            self.refuse(law, place, codes::NEGATIVE_CONTACT, is_negative, || {
+                (what(key) + " is negative or not finite: it would add energy", None)
             });
         }
     }

@@ -17,7 +17,7 @@ use super::differentiate;
 /// [`FunctionKind`].
 pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> {
     use FunctionKind::{
-        Closure, Drives, Energy, Equations as Motion, Points, Poses, Reactions, Tangent,
+        Closure, Contacts, Drives, Energy, Equations as Motion, Points, Poses, Reactions, Tangent,
     };
     let e = equations;
     let kinetic = std::slice::from_ref(&e.kinetic_energy);
@@ -39,6 +39,7 @@ pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> 
         of(Points, &[&e.points]),
         of(Energy, &[kinetic, potential]),
         drives(angles),
+        of(Contacts, &[&e.contacts]),
         of(Reactions, &[&e.reactions]),
         differentiate::along_changes(of(Tangent, &[&e.imbalance, &e.opening])),
     ]

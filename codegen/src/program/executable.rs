@@ -226,6 +226,7 @@ impl<E: Engine> Mechanism for Executable<E> {
             loops: interface.loops.len(),
             bodies: interface.bodies.len(),
             points: interface.points.len(),
+            contacts: interface.contacts.len(),
             drives: interface.driven().len(),
             parameters: interface.parameters.len(),
             inputs: interface.inputs.len(),
@@ -313,6 +314,11 @@ impl<E: Engine> Mechanism for Executable<E> {
         for (joint, [position, speed, acceleration, jerk]) in driven.iter().zip(values) {
             visit(Drive { joint: joint.index(), position, speed, acceleration, jerk });
         }
+    }
+
+    fn write_contacts(&self, t: f64, q: &[f64], u: &[f64], out: &mut [f64]) -> Result<(), Error> {
+        let at = State { t, q, u, ..State::default() };
+        self.evaluate(FunctionKind::Contacts, at, &mut [out])
     }
 
     fn write_reactions(&self, at: Balance<'_, f64>, out: &mut [f64]) -> Result<(), Error> {

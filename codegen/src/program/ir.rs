@@ -161,6 +161,8 @@ pub struct Interface {
     pub nodes: Vec<String>,
     /// Point names, in file order.
     pub points: Vec<String>,
+    /// Names of the contact points: the contact, then the point or the body and its corner, with dots between.
+    pub contacts: Vec<String>,
     /// Parameters.
     pub parameters: Vec<ParameterInfo>,
     /// Input names.

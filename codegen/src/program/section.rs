@@ -116,6 +116,7 @@ phases! {
     ApparentGravity, "apparent gravity", "g - a = R^T ((g - a)_parent - E_parent r)";
     AppliedForce, "applied force", "f = A^T F, n = p_F x f";
     AirDrag, "air drag", "f = -(density drag area / 2) |v_n| v_n e_n";
+    Contact, "contact", "f = k d max(0, 1 + c d'), along n; -mu f v_t / sqrt(v_t^2 + s^2)";
     BiasForce, "bias force", "f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied";
     JointTorque, "joint torque", "tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction";
     GeneralizedForce, "generalized force",
@@ -124,7 +125,7 @@ phases! {
     MassMatrix, "mass matrix", "M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)";
     KineticEnergy, "kinetic energy", "m v . v / 2 + v . (w x h) + w . I w / 2";
     PotentialEnergy, "potential energy",
-        "-g . (m p + A h), k (q - rest)^2 / 2 + k3 (q - rest)^4 / 4";
+        "-g . (m p + A h), k bend^2 / 2 + k3 bend^4 / 4, k d^2 / 2";
     ClosurePoint, "closure points", "P = p + A p_P, from the common ancestor of both sides";
     ClosureResidual, "closure residual", "P_ghost - P_original";
     ClosureJacobian, "closure Jacobian", "J = d(V_ghost - V_original)/du";

@@ -38,3 +38,7 @@ index!(
     /// An output point, in file order.
     PointId
 );
+index!(
+    /// A contact, in file order.
+    ContactId
+);

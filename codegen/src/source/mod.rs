@@ -45,7 +45,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanne
 pub use edit::EditError;
 pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
-pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
+pub use ids::{BodyId, ContactId, InputId, JointId, ParameterId, PointId};
 pub use model::*;
 pub use names::{alternatives, closest as closest_name, is_identifier, is_keyword};
 pub use polynomial::{Polynomial, Term};

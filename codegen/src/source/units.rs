@@ -125,6 +125,8 @@ quantities! {
     DAMPING = "a rotational damping", (1, 2, -1, -1), "`N*m*s/rad`";
     TORQUE = "a torque", (1, 2, -2, 0), "`N*m` or `mN*m`";
     FORCE = "a force", (1, 1, -2, 0), "`N` or `mN`";
+    LINEAR_STIFFNESS = "a stiffness", (1, 0, -2, 0), "`N/m` or `N/mm`";
+    SLOWNESS = "an inverse speed", (0, -1, 1, 0), "`s/m`";
     ACCELERATION = "an acceleration", (0, 1, -2, 0), "`m/s^2`";
     TIME = "a time", (0, 0, 1, 0), "`s` or `ms`";
     FREQUENCY = "a frequency", (0, 0, -1, 0), "`Hz`";

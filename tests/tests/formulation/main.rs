@@ -2,6 +2,7 @@
 //! against independent formulations.
 
 mod constrained;
+mod contacts;
 mod cuts;
 mod derivatives;
 mod energy;

@@ -113,10 +113,10 @@ struct Accelerations {
 }
 
 /// A mechanism at a state.
-struct System<'a> {
-    mechanism: &'a Mechanism,
-    values: &'a Values,
-    motions: Vec<Motion>,
+pub(super) struct System<'a> {
+    pub mechanism: &'a Mechanism,
+    pub values: &'a Values,
+    pub motions: Vec<Motion>,
 }
 
 /// A hinge at a state, base frame.
@@ -156,7 +156,7 @@ impl<'a> System<'a> {
         r * properties.inertia * r.transpose() * (self.mass(body) / properties.mass)
     }
 
-    fn com(&self, body: usize) -> Vector3<f64> {
+    pub fn com(&self, body: usize) -> Vector3<f64> {
         let motion = &self.motions[body];
         motion.rotation * self.mechanism.bodies[body].mass_properties.com + motion.position
     }
@@ -214,6 +214,10 @@ impl<'a> System<'a> {
         }
         for body in self.moving() {
             self.drag(body).into_iter().for_each(|(at, force)| push(body, at, force));
+        }
+        for touched in self.contacts() {
+            push(touched.body, touched.at, touched.force);
+            touched.plane.into_iter().for_each(|plane| push(plane, touched.at, -touched.force));
         }
         for index in 0..self.mechanism.joints.len() {
             let hinge = self.hinge(index);
@@ -358,6 +362,7 @@ impl<'a> System<'a> {
         };
         self.moving().iter().map(weight).sum::<f64>()
             + self.mechanism.joints.iter().zip(&self.values.q).map(spring).sum::<f64>()
+            + self.contacts().iter().map(|touched| touched.stored).sum::<f64>()
     }
 
     /// Largest disagreement over any hinge: of positions, of speeds.

@@ -14,6 +14,7 @@
 //!
 //! The first five are evaluated at random closed states and, if the model can lie flat at rest, there.
 
+mod contact;
 mod expression;
 mod gauss;
 mod maximal;

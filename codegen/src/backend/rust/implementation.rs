@@ -105,12 +105,13 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
 fn dimensions(program: &Program) -> TokenStream {
     let interface = &program.interface;
     let n = number(interface.joints.len());
-    let [rows, rank, loops, bodies, points, drives, parameters, inputs] = [
+    let [rows, rank, loops, bodies, points, contacts, drives, parameters, inputs] = [
         interface.rows,
         interface.rank,
         interface.loops.len(),
         interface.bodies.len(),
         interface.points.len(),
+        interface.contacts.len(),
         interface.driven().len(),
         interface.parameters.len(),
         interface.inputs.len(),
@@ -120,8 +121,8 @@ fn dimensions(program: &Program) -> TokenStream {
         const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions =
             ::lamc_runtime::plumbing::Dimensions {
                 coordinates: #n, speeds: #n, joints: #n, rows: #rows, rank: #rank, loops: #loops,
-                bodies: #bodies, points: #points, drives: #drives, parameters: #parameters,
-                inputs: #inputs,
+                bodies: #bodies, points: #points, contacts: #contacts, drives: #drives,
+                parameters: #parameters, inputs: #inputs,
             };
     }
 }
@@ -157,14 +158,26 @@ fn functions(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
-/// Returns the trait methods that read a state with its accelerations and closure forces, if the
-/// program has functions for them.
+/// Returns the trait methods that write forces: those of contacts, and those that read accelerations and
+/// closure forces, if the program has functions for them.
 fn balances(program: &Program, scalar: &TokenStream) -> TokenStream {
     let [reactions, tangent] = [FunctionKind::Reactions, FunctionKind::Tangent].map(method);
     let balance = quote! {
         at.t, exactly(at.q)?, exactly(at.u)?, exactly(at.acceleration)?, exactly(at.multipliers)?
     };
     let mut functions = TokenStream::new();
+    if has(program, FunctionKind::Contacts) && !program.interface.contacts.is_empty() {
+        let contacts = method(FunctionKind::Contacts);
+        functions.extend(quote! {
+            fn write_contacts(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
+            ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                self.#contacts(t, exactly(q)?, exactly(u)?, exactly_mut(out)?);
+                Ok(())
+            }
+        });
+    }
     if has(program, FunctionKind::Reactions) {
         functions.extend(quote! {
             fn write_reactions(

@@ -119,6 +119,14 @@ fn sizes(program: &Program) -> TokenStream {
     let body_names = interface.bodies.iter().map(|body| &body.name);
     let point_names = &interface.points;
     let unused = unused();
+    let contacts = (!interface.contacts.is_empty()).then(|| {
+        let (names, count) = (&interface.contacts, number(interface.contacts.len()));
+        quote! {
+            /// Contact points: the contact, then the point or the body and its corner.
+            #unused
+            pub const CONTACTS: [&str; #count] = [#(#names),*];
+        }
+    });
     quote! {
         /// NQ: coordinates, one angle per joint.
         #unused
@@ -141,6 +149,7 @@ fn sizes(program: &Program) -> TokenStream {
         /// Output points.
         #unused
         pub const POINTS: [&str; #points] = [#(#point_names),*];
+        #contacts
     }
 }
 

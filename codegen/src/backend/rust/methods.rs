@@ -201,6 +201,20 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
             }
         });
     }
+    if has(program, FunctionKind::Contacts) && !interface.contacts.is_empty() {
+        let (count, contacts) = (interface.contacts.len(), method(FunctionKind::Contacts));
+        let (length, count) = (number(6 * count), number(count));
+        methods.extend(quote! {
+            /// Per contact point its position, m, and the force on its body, N, in the base frame.
+            pub fn contacts(
+                &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+            ) -> [[#scalar; 6]; #count] {
+                let contacts = &mut [#zero; #length];
+                self.#contacts(t, q, u, contacts);
+                ::lamc_runtime::plumbing::matrix(contacts)
+            }
+        });
+    }
     if r > 0 {
         let (residuals, entries, closure) =
             (number(r), number(r * joints), method(FunctionKind::Closure));

@@ -87,6 +87,7 @@ fn each() -> impl Serialize {
         bodies: vec![BodyInfo { name: text("body"), fixed: true }],
         nodes: vec![text("node")],
         points: vec![text("point")],
+        contacts: vec![text("contact")],
         parameters: vec![ParameterInfo { name: text("k"), value: 2.0, doc: text("doc") }],
         inputs: vec![text("input")],
         rows: 3,

@@ -79,6 +79,7 @@ macro_rules! codes {
     (@reason $reason:literal) => { Some($reason) };
 }
 
+mod contacts;
 mod drawing;
 mod keys;
 mod mechanism;
@@ -91,6 +92,7 @@ mod tables;
 mod text;
 mod values;
 
+pub use contacts::*;
 pub use drawing::*;
 pub use keys::*;
 pub use mechanism::*;
@@ -111,6 +113,7 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Numbers and formulas", values::ALL),
     ("The drawing", drawing::ALL),
     ("Masses, springs and angles", physics::ALL),
+    ("Contacts", contacts::ALL),
     ("The mechanism", mechanism::ALL),
     ("Patterns", pattern::ALL),
     ("Files of popupCAD", popupcad::ALL),

@@ -65,6 +65,7 @@ fn model() -> SourceModel {
         gravity: [Expression::ZERO, Expression::ZERO, Expression::ZERO],
         materials: vec![],
         layup: vec![],
+        contacts: vec![],
         bodies: vec![],
         joints: vec![Joint {
             name: named("knee"),

@@ -16,6 +16,7 @@ use super::units::{self, Unit};
 use super::yaml::{Entry, Node};
 
 mod bodies;
+mod contacts;
 #[cfg(feature = "drawings")]
 mod creases;
 #[cfg(feature = "drawings")]
@@ -98,6 +99,7 @@ impl Lowering<'_> {
         let initial = self.initial(&fields);
         let points = self.each(declared.points, Self::point);
         let forces = self.each(declared.forces, Self::force);
+        let contacts = self.each(declared.contacts, Self::contact);
         let air = self.air(&fields);
         if pattern.is_none() {
             self.forget_consequences();
@@ -120,6 +122,7 @@ impl Lowering<'_> {
             initial_fold: initial.fold,
             points: points?,
             forces: forces?,
+            contacts: contacts?,
             hinge_models: hinge_models?,
             air: air?,
             tolerance: 0.0,

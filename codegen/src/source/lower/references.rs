@@ -20,6 +20,7 @@ pub(super) struct Declared<'n> {
     pub parameters: &'n [Entry],
     pub points: &'n [Entry],
     pub forces: &'n [Entry],
+    pub contacts: &'n [Entry],
     pub hinge_models: &'n [Entry],
 }
 
@@ -106,6 +107,7 @@ impl Lowering<'_> {
             parameters: named("parameters"),
             points: named("points"),
             forces: named("forces"),
+            contacts: named("contacts"),
             hinge_models: named("hinge_models"),
         }
     }

@@ -8,11 +8,14 @@ use super::model::Tunable;
 pub use super::names::{Kind, reserved_names};
 pub use super::units::{FREQUENCY, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all_units, units_of};
 
+mod contacts;
 mod joints;
 mod model;
 mod parts;
 mod pattern;
 
+pub(crate) use contacts::{ALL, BODIES_FORM, CORNERS, OUTLINE, POINTS_FORM};
+pub use contacts::{CONTACT, PLANE};
 pub use joints::{CREASE_JOINT, FRICTION, JOINT};
 pub use model::{AIR, FORCE, HINGE_MODEL, INITIAL, MATERIAL, MODEL, POINT, UNITS};
 pub(super) use model::{SPECIMEN, TERM};
@@ -183,6 +186,8 @@ pub const MAPPINGS: &[&Mapping] = &[
     &INITIAL,
     &POINT,
     &FORCE,
+    &CONTACT,
+    &PLANE,
     &AIR,
     &HINGE_MODEL,
 ];

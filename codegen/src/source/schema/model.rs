@@ -1,6 +1,7 @@
 //! The tables of the model itself and of its small mappings: units, materials, the initial state,
 //! points, forces, air and families of hinges.
 
+use super::contacts::CONTACT;
 use super::joints::JOINT;
 use super::parts::{BODY, MAX_LAYERS, POSITION};
 use super::pattern::PATTERN;
@@ -155,6 +156,13 @@ pub static MODEL: Mapping = Mapping {
             "no forces act at points",
             "{ pull: { point: tip, force: [0, 0, \"0.01*t\"] } }",
             "Forces by name.",
+        ),
+        optional(
+            "contacts",
+            Value::Named(Kind::Other("a contact"), &Value::Mapping(&CONTACT)),
+            "nothing touches anything",
+            "{ ground: { plane: { point: [0, 0, -20], normal: [0, 0, 1] }, friction: 0.6 } }",
+            "Contacts of points with planes by name.",
         ),
         optional(
             "air",
