@@ -62,6 +62,7 @@ pattern:
 initial: { q: { knee: 20 } }
 points: { tip: { body: arm, at: [40, 10, 0.5] } }
 forces: { pull: { point: tip, force: [0, 0, 0.01] } }
+contacts: { ground: { plane: { point: [0, 0, -20], normal: [0, 0, 1], body: hand }, stiffness: 2000, friction: 0.6 } }
 air: { density: 1.2, drag: 1.2 }
 hinge_models:
   tape: { stiffness: [[0.02, 0, 0, 0]], damping: [[2e-5, 0, 0, 0]], specimens: [[1e-3, 0.03, 0]] }
@@ -374,6 +375,8 @@ fn pointer(mapping: &Mapping) -> &'static str {
         "initial" => "/initial",
         "point" => "/points/tip",
         "force" => "/forces/pull",
+        "contact" => "/contacts/ground",
+        "plane" => "/contacts/ground/plane",
         "air" => "/air",
         "hinge model" => "/hinge_models/tape",
         other => panic!("{other} has no place in the model"),

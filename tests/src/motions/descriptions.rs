@@ -96,6 +96,11 @@ fn rotated(size: f64) -> impl FnOnce(&mut SourceModel) -> Other {
         let lines = model.joints.iter_mut().flat_map(|joint| &mut joint.axis.value);
         lines.for_each(|point| *point = turn(*point));
         model.points.iter_mut().for_each(|point| point.at = lift(point.at));
+        for contact in &mut model.contacts {
+            contact.plane.point = lift(contact.plane.point);
+            let normal = &mut contact.plane.normal.value;
+            *normal = (matrix * Vector3::from(*normal)).into();
+        }
         let vectors = model.forces.iter_mut().map(|force| &mut force.force);
         for vector in vectors.chain([&mut model.gravity]) {
             let [x, y, z] = vector.clone();

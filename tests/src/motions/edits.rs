@@ -33,7 +33,11 @@ pub fn laws(model: &mut SourceModel) -> impl Iterator<Item = &mut Expression> {
     });
     let forces = model.forces.iter_mut().flat_map(|force| &mut force.force);
     let air = model.air.iter_mut().flat_map(|air| [&mut air.density.value, &mut air.drag.value]);
-    joints.chain(forces).chain(air).chain(&mut model.gravity)
+    let contacts = model.contacts.iter_mut().flat_map(|contact| {
+        let laws = [&mut contact.dissipation, &mut contact.friction];
+        laws.into_iter().chain(&mut contact.stiffness).map(|law| &mut law.value)
+    });
+    joints.chain(forces).chain(air).chain(contacts).chain(&mut model.gravity)
 }
 
 /// A law with some of its leaves changed.
@@ -57,7 +61,7 @@ pub fn from_time(model: &mut SourceModel, begin: f64) {
     replace_time(model, &plus(Expression::Time, Expression::Number(begin)));
 }
 
-/// Only a share of damping, friction and air is left; models of hinges become the laws that they led to.
+/// Only a share of damping, friction, dissipation and air is left; models of hinges become the laws that they led to.
 pub fn damped(model: &mut SourceModel, compiled: &Compiled, share: f64) {
     let mechanism = &compiled.topology.mechanism;
     let fixed = |law: &Expression| {
@@ -76,6 +80,11 @@ pub fn damped(model: &mut SourceModel, compiled: &Compiled, share: f64) {
     }
     let air = model.air.iter_mut().map(|air| &mut air.density.value);
     air.for_each(|law| *law = times(law.clone(), share));
+    for contact in &mut model.contacts {
+        for law in [&mut contact.dissipation, &mut contact.friction] {
+            law.value = times(law.value.clone(), share);
+        }
+    }
 }
 
 fn replace_time(model: &mut SourceModel, new: &Expression) {
@@ -87,7 +96,7 @@ fn replace_time(model: &mut SourceModel, new: &Expression) {
     }
 }
 
-/// Only gravity and springs are left, as they are at one time; driven joints are held.
+/// Only gravity, springs and smooth contacts without edges are left, as they are at one time; driven joints are held.
 pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
     let mechanism = &compiled.topology.mechanism;
     let frozen = |law: &Expression| {
@@ -102,6 +111,12 @@ pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
     model.tunable.clear();
     model.forces.clear();
     model.air = None;
+    for (contact, law) in model.contacts.iter_mut().zip(&mechanism.contacts) {
+        contact.stiffness = Some(spanned(frozen(&law.stiffness)));
+        contact.dissipation.value = Expression::ZERO;
+        contact.friction.value = Expression::ZERO;
+        contact.plane.within = None;
+    }
     model.gravity = mechanism.gravity.each_ref().map(frozen);
     for (joint, law) in model.joints.iter_mut().zip(&mechanism.joints) {
         joint.spring = Spring::Stiffness(spanned(frozen(&law.stiffness)));
@@ -126,6 +141,12 @@ pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
     for body in model.joints.iter_mut().flat_map(|joint| &mut joint.bodies) {
         if fixed[body.value.index()] {
             body.value = BodyId(ground);
+        }
+    }
+    for contact in &mut model.contacts {
+        let body = &mut contact.plane.body;
+        if body.as_ref().is_none_or(|body| fixed[body.value.index()]) {
+            *body = Some(spanned(BodyId(ground)));
         }
     }
     let earth = BodyId(model.bodies.len());

@@ -190,6 +190,7 @@ pub fn in_millimetres(model: &mut SourceModel) {
         }
     }
     model.points.iter_mut().flat_map(|point| &mut point.at).for_each(mm);
+    model.contacts.iter_mut().flat_map(|contact| &mut contact.plane.point).for_each(mm);
     for joint in &mut model.joints {
         joint.axis.value.iter_mut().flatten().for_each(mm);
         mm(&mut joint.z);

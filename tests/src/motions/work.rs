@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! d(T + V)/dt = sum over joints of (torque - b u - friction tanh(u / speed)) u + motor u
-//!             + sum over forces and surfaces of F . v
+//!             + sum over forces, surfaces and contacts of F . v
 //!             + dV/dt at constant q            gravity, springs and rest angles that change with time
+//!             + d(k d^2 / 2)/dt                contacts
 //! ```
 
 use lamc::laminate::{Joint, Mechanism};
@@ -12,6 +13,7 @@ use lamc_workbench::verify::{Motion, Values, motions};
 use nalgebra::Vector3;
 
 use super::subject::{Point, Subject};
+use super::touch::of_contacts;
 
 /// The power of everything that changes T + V, W.
 pub fn power(subject: &Subject, at: &Point) -> f64 {
@@ -24,6 +26,7 @@ pub fn power(subject: &Subject, at: &Point) -> f64 {
         + of_motors(subject, at)
         + of_forces(mechanism, &motions, &values)
         + of_air(mechanism, &motions, &values)
+        + of_contacts(mechanism, &motions, &values)
         + of_gravity(mechanism, &motions, &values)
 }
 
@@ -70,7 +73,7 @@ fn of_forces(mechanism: &Mechanism, motions: &[Motion], values: &Values) -> f64 
 }
 
 /// The velocity of a point that is drawn on a body, m/s.
-fn velocity(
+pub fn velocity(
     mechanism: &Mechanism,
     motions: &[Motion],
     body: usize,

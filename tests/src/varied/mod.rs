@@ -3,6 +3,7 @@
 //! with every key of the model file.
 
 mod bodies;
+mod contacts;
 mod joints;
 mod scale;
 mod sheet;
@@ -107,6 +108,7 @@ impl Writer {
         if self.random.chance(0.3) {
             self.line("air: { density: \"1.2 + 0.1*sin(t)\", drag: 1.1 }");
         }
+        self.contacts(seed);
         self.initial();
     }
 

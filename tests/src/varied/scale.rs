@@ -68,6 +68,11 @@ impl Scale {
         metres * self.factor / self.metres
     }
 
+    /// A length of the drawing as it is in the model, m.
+    pub fn length(&self, metres: f64) -> f64 {
+        metres * self.factor
+    }
+
     /// The unit's number of metres: for what has the unit m, whatever the drawing's.
     pub fn metres(&self, metres: f64) -> f64 {
         metres / self.metres

@@ -9,7 +9,7 @@
 
 use lamc_runtime::State;
 
-use lamc::laminate::Mechanism;
+use lamc::laminate::{Contact, Mechanism};
 use lamc::source::Expression;
 
 /// The error of Simpson's rule as a share of its difference from the trapezoidal rule: more than for any
@@ -33,7 +33,7 @@ pub struct Work {
 
 impl Work {
     /// Starts with no work done. Returns `None` if something else changes the energy: forces, air, driven joints,
-    /// friction, springs or gravity that change with time.
+    /// friction, contacts that dissipate or end, springs or gravity that change with time.
     pub fn new(mechanism: &Mechanism, parameters: &[f64], inputs: &[f64]) -> Option<Self> {
         let joints = &mechanism.joints;
         let springs =
@@ -42,6 +42,7 @@ impl Work {
         let is_alone = mechanism.forces.is_empty()
             && mechanism.air.is_none()
             && joints.iter().all(|joint| joint.drive.is_none() && joint.friction.is_none())
+            && mechanism.contacts.iter().all(conserves)
             && !stored.any(|expression| expression.contains(&Expression::Time));
         is_alone.then(|| Self {
             hinges: joints.iter().map(|j| [j.damping.clone(), j.torque.clone()]).collect(),
@@ -78,4 +79,14 @@ impl Work {
         });
         hinges.sum()
     }
+}
+
+/// Returns whether a contact only stores energy, and gives all of it back.
+fn conserves(contact: &Contact) -> bool {
+    let Contact { plane, stiffness, dissipation, friction, .. } = contact;
+    let is_none = |law: &Expression| law.constant() == Some(0.0);
+    is_none(dissipation)
+        && is_none(friction)
+        && plane.outline.is_none()
+        && !stiffness.contains(&Expression::Time)
 }

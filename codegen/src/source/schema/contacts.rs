@@ -51,7 +51,7 @@ pub static CONTACT: Mapping = Mapping {
             "bodies",
             Value::Either(&Value::Word(&[ALL]), &BODIES),
             Presence::Default("all"),
-            "[arm, hand]",
+            "[arm, foot]",
             "The bodies that touch the plane with the corners of their plates. `all` are all moving \
              bodies with plates but the plane's own.",
         ),
@@ -117,7 +117,7 @@ pub static PLANE: Mapping = Mapping {
             "body",
             Value::Reference { to: "body", among: "bodies" },
             "the plane is fixed to the ground",
-            "base",
+            "arm",
             "The body that carries the plane. The opposite force acts on it.",
         ),
         optional(
