@@ -13,7 +13,7 @@ use nalgebra::{Vector2, Vector3};
 use super::mechanism::{
     Body, Contact, ContactPoint, DefaultStiffness, Mechanism, Plane, PlateOutline, Sheet,
 };
-use super::plate;
+use super::{check, plate};
 use crate::source::codes::{self, Code};
 use crate::source::{
     BodyId, ContactPlane, ContactPoints, Diagnostic, Diagnostics, Expression, PointId, SourceModel,
@@ -35,6 +35,7 @@ pub fn contacts(
 ) -> Vec<Contact> {
     let mut contacts: Vec<Contact> = Vec::new();
     for source in &model.contacts {
+        check::positive("slip speed", &source.slip_speed, "m/s", found);
         let build = Build { model, mechanism, source };
         match build.contact() {
             Ok(contact) => {
@@ -68,15 +69,6 @@ impl Build<'_> {
                 (Expression::Number(default.stiffness()), Some(default))
             }
         };
-        if !(source.slip_speed.value > 0.0) {
-            let message = format!("the slip speed is {} m/s", source.slip_speed.value);
-            return Err(self.refuse(
-                codes::NOT_POSITIVE,
-                source.slip_speed.span,
-                message,
-                "friction without a slip speed would be infinitely stiff",
-            ));
-        }
         Ok(Contact {
             name: source.name.value.clone(),
             plane,

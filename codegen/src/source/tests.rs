@@ -90,6 +90,11 @@ joints:
   j2: { bodies: [right, hub], axis: [[80,0],[80,20]], rest: "0.5*turn", fold: -180 }
 initial: { q: { j0: 30, j2: -0.5 rad }, u: { j1: 90 }, fold: 30% }
 points: { tip: { body: right, at: [40, 10, 0.5] }, mark: { body: base, at: [0, 0, 0] } }
+contacts:
+  ground: { plane: { point: [0, 0, -5], normal: [0, 1, 2] }, friction: "b/2" }
+  facets: { plane: { point: [0, 0, 1], normal: [0, 0, 1], body: left, within: outline }, bodies: [right],
+            points: corners, stiffness: 2 N/mm, dissipation: "0.3 + t", friction: 0, slip_speed: 2 mm/s }
+  probe: { plane: { point: [0, 0, -9], normal: [0, 0, 1], body: wall }, points: [tip], friction: 0.1 }
 forces: { pull: { point: tip, force: [0, 5 mN, "0.01*t - b*u.j2"] } }
 "#;
 
