@@ -114,6 +114,17 @@ contacts: { ground: { plane: { point: [0, 0, -1 mm], normal: [0, 0, 3] }, fricti
     let weight = 700.0 * 0.04 * 0.02 * 0.8e-3 * 9.81;
     let stiffness = contact.stiffness.constant().unwrap();
     assert!((stiffness * 0.01 * 0.8e-3 / weight - 1.0).abs() < 1e-12, "{stiffness}");
+    let report = lamc_workbench::check::report(&plate);
+    let mass = weight / 9.81;
+    for line in [
+        "ground: 8 points against a plane of the ground".to_owned(),
+        format!("stiffness {stiffness:.4} N/m: one point under {:.4} g", 1e3 * mass),
+        "dissipation 0.5000 s/m, friction 0.5000, slip speed 1.0000 mm/s".to_owned(),
+        format!("sqrt(k/m) = {:.4} rad/s for `plate`", f64::sqrt(9.81 / (0.01 * 0.8e-3))),
+        format!("friction mu g / s = {:.4} 1/s", 0.5 * 9.81 / 1e-3),
+    ] {
+        assert!(report.contains(&line), "no {line:?} in:\n{report}");
+    }
     // Four corners of the lower face and four of the upper one.
     let mut corners: Vec<[i64; 3]> = contact
         .points
