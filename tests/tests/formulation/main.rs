@@ -2,6 +2,7 @@
 //! against independent formulations.
 
 mod constrained;
+mod contact_edges;
 mod contacts;
 mod cuts;
 mod derivatives;
