@@ -60,8 +60,16 @@ pattern:
   joints: { crease_48_m50: { friction: { torque: 1e-4, speed: 2 } } }
   layers: { cut: OUTLINE }
 initial: { q: { knee: 20 } }
-points: { tip: { body: arm, at: [40, 10, 0.5] } }
+points:
+  tip: { body: arm, at: [40, 10, 0.5] }
+  guide: { body: hand, at: [50, 10, 0] }
+  hook: { body: base, at: [-10, 10, 0] }
 forces: { pull: { point: tip, force: [0, 0, 0.01] } }
+springs:
+  rubber: { from: tip, to: hook, stiffness: 20, damping: 0.01, rest_length: 10, tension_only: true }
+  torsion: { bodies: [base, hand], axis: [[0, 0], [0, 20]], stiffness: 2e-3 }
+tendons: { flexor: { through: [hook, guide, tip], stiffness: 200, damping: 0.01 } }
+motors: { wheel: { joint: wrist, torque_constant: 5e-3, resistance: 8, gear: 50, voltage: motor, max_current: 1 } }
 air: { density: 1.2, drag: 1.2 }
 hinge_models:
   tape: { stiffness: [[0.02, 0, 0, 0]], damping: [[2e-5, 0, 0, 0]], specimens: [[1e-3, 0.03, 0]] }
@@ -374,6 +382,10 @@ fn pointer(mapping: &Mapping) -> &'static str {
         "initial" => "/initial",
         "point" => "/points/tip",
         "force" => "/forces/pull",
+        "band" => "/springs/rubber",
+        "twist" => "/springs/torsion",
+        "tendon" => "/tendons/flexor",
+        "motor" => "/motors/wheel",
         "air" => "/air",
         "hinge model" => "/hinge_models/tape",
         other => panic!("{other} has no place in the model"),

@@ -1,10 +1,11 @@
-//! Phase 3, loads: gravity, applied forces, air drag and joint torques, and the bias force of every
+//! Phase 3, loads: gravity, applied forces, force elements, air drag and joint torques, and the bias force of every
 //! body, which is the sum of these forces and of its inertia force at du/dt = 0.
 
 use crate::program::{Phase, Quantity, Section};
 use nalgebra::Vector3;
 
 use super::binder::Binder;
+use super::elements::{Elements, motor_torque};
 use super::facts::AXES;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
@@ -29,6 +30,8 @@ pub struct Loads {
     springs: Vec<Spring>,
     /// Joint torques, by node.
     torques: Vec<Expr>,
+    /// Potential energy of springs between points and bodies, J.
+    stored: Expr,
 }
 
 /// The spring of a joint. Its torque is -k bend - k3 bend^3.
@@ -61,12 +64,14 @@ impl Loads {
     pub fn new(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Self {
         let gravity = &binder.mechanism().gravity;
         let gravity = vector(binder, gravity, "gravity");
-        let applied = applied(binder, kinematics);
+        let elements = Elements::new(binder, kinematics);
+        let applied = applied(binder, kinematics, &elements);
         let links = kinematics.links();
         let springs: Vec<Spring> = links.iter().map(|link| spring(binder, link)).collect();
         let pairs = links.iter().zip(&springs);
         let torques = pairs.map(|(link, spring)| joint_torque(binder, link, spring)).collect();
-        let mut loads = Self { gravity, applied, bias: Vec::new(), springs, torques };
+        let stored = elements.energy;
+        let mut loads = Self { gravity, applied, bias: Vec::new(), springs, torques, stored };
         let names = WrenchNames {
             gravity_phase: Phase::ApparentGravity,
             phase: Phase::BiasForce,
@@ -90,6 +95,11 @@ impl Loads {
     /// Returns the spring of a node's joint.
     pub fn spring(&self, node: NodeId) -> &Spring {
         &self.springs[node.index()]
+    }
+
+    /// Returns the potential energy of springs between points and bodies, J.
+    pub fn stored(&self) -> &Expr {
+        &self.stored
     }
 
     /// Returns tau: the torque of a node's joint on the node about the hinge, along u, N m.
@@ -165,8 +175,8 @@ fn inertial_wrench(inertia: &SpatialInertia, motion: &Motion, gravity: &Vector) 
     }
 }
 
-/// Returns, by node, the wrenches of forces at points and of the air. Ghosts carry none.
-fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
+/// Returns, by node, the wrenches of forces at points, of force elements and of the air. Ghosts carry none.
+fn applied(binder: &mut Binder, kinematics: &Kinematics, elements: &Elements) -> Vec<Wrench> {
     let mechanism = binder.mechanism();
     let pressure = mechanism.air.as_ref().map(|air| {
         let density = binder.formula(&air.density, "air_density", None);
@@ -185,7 +195,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
     let topology = binder.topology();
     let mut wrenches = Vec::with_capacity(kinematics.links().len());
     for (link, node) in kinematics.links().iter().zip(&topology.nodes) {
-        let mut sum = Wrench::zero();
+        let mut sum = elements.wrenches[link.node.index()].clone();
         if node.ghost.is_none() {
             if let Some(pressure) = &pressure {
                 let body = &mechanism.bodies[node.body.index()];
@@ -248,6 +258,7 @@ fn joint_torque(binder: &mut Binder, link: &Link, spring: &Spring) -> Expr {
     let u = &link.speed;
     let linear = &(&torque - &(stiffness * bend)) - &(&damping * u);
     let stiffened = &linear - &(cubic * &bend.power(3));
+    let stiffened = &stiffened + &motor_torque(binder, link);
     match &hinge.friction {
         None => stiffened,
         Some(friction) => {

@@ -16,6 +16,7 @@
 //! | spatial inertia | minimal inertial parameters | `inertia` |
 //! | kinematics | placements, w, v, alpha, a, partial velocities | `kinematics`, of `frame`, `link`, `placement`, `motion` |
 //! | loads | gravity, forces, air, joint torques, bias forces | `loads` |
+//! | force elements | springs between points and bodies, tendons, motors | `elements` |
 //! | generalized forces | f | `forces` |
 //! | mass matrix | composite inertia, M | `mass` |
 //! | energies | kinetic and potential energy | `energy` |
@@ -33,6 +34,7 @@ mod articulated;
 mod binder;
 mod closure;
 mod derive;
+mod elements;
 mod energy;
 mod equations;
 mod facts;

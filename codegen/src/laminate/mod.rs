@@ -3,6 +3,7 @@
 
 mod air;
 mod check;
+mod elements;
 pub mod flexure;
 mod fold;
 mod hinge;
@@ -18,6 +19,7 @@ mod tests;
 mod tunable;
 mod verdicts;
 
+pub use elements::{Elements, Motor, Tendon, Tension, Twist};
 pub(crate) use hinge::direction;
 pub use kinks::{Kink, kinks};
 pub use linear::{Excursion, excursions};
@@ -41,6 +43,7 @@ const LARGEST: f64 = 1e9;
 pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanism, Diagnostics> {
     let mut found = Diagnostics::default();
     check::materials(model, &mut found);
+    elements::check_motors(model, &mut found);
     let bodies = model.bodies.iter().map(|body| plate::body(model, body, &mut found)).collect();
     let joints = model.joints.iter().map(|joint| hinge::hinge(model, joint, &mut found)).collect();
     let mut mechanism = Mechanism {
@@ -52,6 +55,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         inputs: model.inputs.iter().map(|input| input.value.clone()).collect(),
         points: points(model),
         forces: forces(model),
+        elements: elements::elements(model),
         initial_q: fold::initial_angles(model, &mut found),
         cuts: model.cuts.clone(),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),

@@ -10,6 +10,8 @@ use super::formula::{number, print};
 use super::model::{Body, HingeModel, Joint, Plate, Shape, SourceModel, Spring};
 use super::polynomial::Term;
 
+mod elements;
+
 /// Longest line of vertices.
 const WIDTH: usize = 100;
 
@@ -46,6 +48,7 @@ pub fn to_yaml(model: &SourceModel) -> String {
         let name = &force.name.value;
         line(out, 1, &format!("{name}: {{ point: {point}, force: {components} }}"));
     });
+    elements::write(&mut out, model);
     out
 }
 

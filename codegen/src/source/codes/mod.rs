@@ -80,6 +80,7 @@ macro_rules! codes {
 }
 
 mod drawing;
+mod elements;
 mod keys;
 mod mechanism;
 mod names;
@@ -92,6 +93,7 @@ mod text;
 mod values;
 
 pub use drawing::*;
+pub use elements::*;
 pub use keys::*;
 pub use mechanism::*;
 pub use names::*;
@@ -111,6 +113,7 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Numbers and formulas", values::ALL),
     ("The drawing", drawing::ALL),
     ("Masses, springs and angles", physics::ALL),
+    ("Springs, tendons and motors", elements::ALL),
     ("The mechanism", mechanism::ALL),
     ("Patterns", pattern::ALL),
     ("Files of popupCAD", popupcad::ALL),

@@ -18,6 +18,7 @@ use super::yaml::{Entry, Node};
 mod bodies;
 #[cfg(feature = "drawings")]
 mod creases;
+mod elements;
 #[cfg(feature = "drawings")]
 mod folds;
 mod formulas;
@@ -98,6 +99,7 @@ impl Lowering<'_> {
         let initial = self.initial(&fields);
         let points = self.each(declared.points, Self::point);
         let forces = self.each(declared.forces, Self::force);
+        let elements = self.elements(&declared, points.as_deref(), &fixed);
         let air = self.air(&fields);
         if pattern.is_none() {
             self.forget_consequences();
@@ -120,6 +122,7 @@ impl Lowering<'_> {
             initial_fold: initial.fold,
             points: points?,
             forces: forces?,
+            elements: elements?,
             hinge_models: hinge_models?,
             air: air?,
             tolerance: 0.0,

@@ -8,11 +8,13 @@ use super::model::Tunable;
 pub use super::names::{Kind, reserved_names};
 pub use super::units::{FREQUENCY, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all_units, units_of};
 
+mod elements;
 mod joints;
 mod model;
 mod parts;
 mod pattern;
 
+pub use elements::{BAND, MOTOR, TENDON, TWIST};
 pub use joints::{CREASE_JOINT, FRICTION, JOINT};
 pub use model::{AIR, FORCE, HINGE_MODEL, INITIAL, MATERIAL, MODEL, POINT, UNITS};
 pub(super) use model::{SPECIMEN, TERM};
@@ -183,6 +185,10 @@ pub const MAPPINGS: &[&Mapping] = &[
     &INITIAL,
     &POINT,
     &FORCE,
+    &BAND,
+    &TWIST,
+    &TENDON,
+    &MOTOR,
     &AIR,
     &HINGE_MODEL,
 ];

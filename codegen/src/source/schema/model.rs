@@ -1,6 +1,7 @@
 //! The tables of the model itself and of its small mappings: units, materials, the initial state,
 //! points, forces, air and families of hinges.
 
+use super::elements::{BAND, MOTOR, TENDON, TWIST};
 use super::joints::JOINT;
 use super::parts::{BODY, MAX_LAYERS, POSITION};
 use super::pattern::PATTERN;
@@ -155,6 +156,30 @@ pub static MODEL: Mapping = Mapping {
             "no forces act at points",
             "{ pull: { point: tip, force: [0, 0, \"0.01*t\"] } }",
             "Forces by name.",
+        ),
+        optional(
+            "springs",
+            Value::Named(
+                Kind::Other("a spring"),
+                &Value::Either(&Value::Mapping(&BAND), &Value::Mapping(&TWIST)),
+            ),
+            "only joints have springs",
+            "{ band: { from: tip, to: hook, stiffness: 20 N/m, tension_only: true } }",
+            "Springs by name: between two points, or torsion springs between two bodies.",
+        ),
+        optional(
+            "tendons",
+            Value::Named(Kind::Other("a tendon"), &Value::Mapping(&TENDON)),
+            "there are no tendons",
+            "{ flexor: { through: [hook, guide, tip], tension: 0.5 N } }",
+            "Tendons by name.",
+        ),
+        optional(
+            "motors",
+            Value::Named(Kind::Other("a motor"), &Value::Mapping(&MOTOR)),
+            "there are no motors",
+            "{ hip: { joint: knee, torque_constant: 5 mN*m/A, resistance: 8 ohm, gear: 50, voltage: motor } }",
+            "Motors by name.",
         ),
         optional(
             "air",
