@@ -4,6 +4,7 @@
 mod constrained;
 mod cuts;
 mod derivatives;
+mod elements;
 mod energy;
 mod examples;
 mod family;
