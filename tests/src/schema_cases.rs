@@ -69,7 +69,7 @@ springs:
   rubber: { from: tip, to: hook, stiffness: 20, damping: 0.01, rest_length: 10, tension_only: true }
   torsion: { bodies: [base, hand], axis: [[0, 0], [0, 20]], stiffness: 2e-3 }
 tendons: { flexor: { through: [hook, guide, tip], stiffness: 200, damping: 0.01 } }
-motors: { wheel: { joint: wrist, torque_constant: 5e-3, resistance: 8, gear: 50, voltage: motor, max_current: 1 } }
+motors: { wheel: { joint: wrist, torque_constant: 5e-3, resistance: 8, gear: 50, voltage: 3, max_current: 1 } }
 air: { density: 1.2, drag: 1.2 }
 hinge_models:
   tape: { stiffness: [[0.02, 0, 0, 0]], damping: [[2e-5, 0, 0, 0]], specimens: [[1e-3, 0.03, 0]] }
@@ -134,12 +134,14 @@ const OF_THE_SCHEMA: &[&str] = &[
     "bad-name",
     "driven-torque",
     "empty-layup",
+    "few-points",
     "missing-key",
     "mixed-shape",
     "no-value",
     "not-a-number",
     "too-many-layers",
     "two-springs",
+    "two-tensions",
     "unknown-coefficients",
     "unknown-key",
     "unknown-tunable",
@@ -154,6 +156,7 @@ const IN_PART: &[(&str, &[&str])] = &[
     ("bad-unit", &["bad_unit", "several_errors"]),
     ("negative-damping", &["negative_damping", "impossible_physics"]),
     ("negative-drag", &["negative_laws"]),
+    ("negative-element", &["negative_element", "negative_elements"]),
     ("not-positive", &["negative_laws", "impossible_physics"]),
     ("reserved-name", &["reserved_names", "several_errors"]),
     ("short-outline", &["outlines", "several_errors"]),

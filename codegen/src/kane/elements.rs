@@ -8,10 +8,9 @@
 //! force on P_k = T (e_k - e_(k-1)) = -T dl/dP_k
 //! ```
 //!
-//! so that its generalized force is -T dl/dq (V. De Sapio, "Advanced Analytical Dynamics", 2017, 9.3; E. Todorov et al.,
-//! "MuJoCo: A physics engine for model-based control", 2012). |d| is the square root of d.d + c^2, where c is
-//! [`CLOSEST`]: where two points meet, e becomes zero instead of undefined, and forces stay the gradient of
-//! the energy.
+//! so that its generalized force is -T dl/dq (K. N. An et al., "Tendon excursion and moment arm of index finger
+//! muscles", J. Biomechanics 16, 1983). |d| is the square root of d.d + c^2, where c is [`CLOSEST`]: where two points
+//! meet, e becomes zero instead of undefined, and forces stay the gradient of the energy.
 //!
 //! The angle of a torsion spring is that of the twist about the axis d in the decomposition of the relative rotation
 //! into a twist about d and the shortest swing that moves d (P. Dobrowolski, "Swing-twist decomposition in Clifford
@@ -22,6 +21,13 @@
 //! ```
 //!
 //! It is not defined where d2 = -d1, and jumps where it passes half a turn.
+//!
+//! A motor with the voltage V gives its joint the torque c N i through a gear of N turns. The current i follows V
+//! without delay, because the inductance of small motors is negligible (B. Siciliano et al., "Robotics", 2009, 5.2):
+//!
+//! ```text
+//! i = (V - c N u) / R
+//! ```
 
 use nalgebra::Vector3;
 

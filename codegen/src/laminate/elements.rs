@@ -182,7 +182,7 @@ pub fn check_motors(model: &SourceModel, found: &mut Diagnostics) {
     let motors = &model.elements.motors;
     for (index, motor) in motors.iter().enumerate() {
         let name = &motor.name.value;
-        super::check::positive(&format!("gear of `{name}`"), &motor.gear, "", found);
+        super::check::positive(&format!("gear of `{name}`"), &motor.gear, "turns per turn", found);
         if motor.inertia.value < 0.0 {
             let message = format!("the inertia of `{name}` is negative");
             found.push(Diagnostic::error(codes::NEGATIVE_ELEMENT, motor.inertia.span, message));

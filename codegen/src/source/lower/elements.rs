@@ -32,17 +32,16 @@ impl Lowering<'_> {
                 false => bands.push(self.band(entry)),
             }
         }
-        let tendons = self.each(declared.tendons, Self::tendon);
+        let tendons: Vec<_> = declared.tendons.iter().map(|entry| self.tendon(entry)).collect();
         let motors = self.each(declared.motors, Self::motor);
-        let elements = Elements {
+        let lines = bands.iter().chain(&tendons).flatten();
+        lines.for_each(|line| self.refuse_idle(line, points.unwrap_or_default(), fixed));
+        Some(Elements {
             bands: bands.into_iter().collect::<Option<_>>()?,
             twists: twists.into_iter().collect::<Option<_>>()?,
-            tendons: tendons?,
+            tendons: tendons.into_iter().collect::<Option<_>>()?,
             motors: motors?,
-        };
-        let lines = elements.bands.iter().chain(&elements.tendons);
-        lines.for_each(|line| self.refuse_idle(line, points.unwrap_or_default(), fixed));
-        Some(elements)
+        })
     }
 
     fn band(&mut self, entry: &Entry) -> Option<Tendon> {
