@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
+use lamc::source::{SourceFile, parse};
 use lamc_runtime::{
     Integrator, JacobianMut, Mechanism, State, acceleration, assemble, jacobian, project,
 };
@@ -500,4 +501,14 @@ motors:
             }
         }
     }
+}
+
+/// A joint that is held needs no voltage, and its motor would be refused beside the prescribed angle.
+#[test]
+fn a_joint_that_is_held_has_no_motor() {
+    let file = SourceFile { path: "wheel.yaml".into(), text: wheel("") };
+    let (mut model, _) = parse(&file).unwrap_or_else(|problems| panic!("{problems}"));
+    assert_eq!(model.elements.motors.len(), 1);
+    model.lock("axle", 0.3).unwrap();
+    assert!(model.elements.motors.is_empty());
 }
