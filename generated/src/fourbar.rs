@@ -23,6 +23,7 @@
 //   points: 16 operations: 6 add, 8 mul, 0 div, 2 sin_cos, 0 other
 //   energy: 78 operations: 26 add, 48 mul, 0 div, 4 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 203 operations: 101 add, 98 mul, 0 div, 4 sin_cos, 0 other
 //   tangent: 146 operations: 55 add, 87 mul, 0 div, 4 sin_cos, 0 other
 //   acceleration: 219 operations: 80 add, 123 mul, 6 div, 4 sin_cos, 6 other
@@ -395,6 +396,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     loops: 1,
     bodies: 4,
     points: 1,
+    contacts: 0,
     drives: 0,
     parameters: 0,
     inputs: 0,
@@ -1036,6 +1038,8 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
     }
     /// The prescribed angle of each driven joint, in the order of the joints.
     fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
+    /// Where each contact point is, and the force on its body.
+    fn contacts_into(&self, t: S, q: &[S; 4], u: &[S; 4], contacts: &mut [S; 0]) {}
     /// The force and the moment that each hinge transmits.
     fn reactions_into(
         &self,

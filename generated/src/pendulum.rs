@@ -19,6 +19,7 @@
 //   points: 5 operations: 2 add, 2 mul, 0 div, 1 sin_cos, 0 other
 //   energy: 9 operations: 2 add, 6 mul, 0 div, 1 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 18 operations: 6 add, 11 mul, 0 div, 1 sin_cos, 0 other
 //   tangent: 7 operations: 2 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   acceleration: 7 operations: 2 add, 4 mul, 0 div, 1 sin_cos, 0 other
@@ -305,6 +306,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     loops: 0,
     bodies: 2,
     points: 1,
+    contacts: 0,
     drives: 0,
     parameters: 0,
     inputs: 0,
@@ -567,6 +569,8 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
     }
     /// The prescribed angle of each driven joint, in the order of the joints.
     fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
+    /// Where each contact point is, and the force on its body.
+    fn contacts_into(&self, t: S, q: &[S; 1], u: &[S; 1], contacts: &mut [S; 0]) {}
     /// The force and the moment that each hinge transmits.
     fn reactions_into(
         &self,

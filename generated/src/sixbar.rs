@@ -25,6 +25,7 @@
 //   points: 64 operations: 26 add, 35 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 184 operations: 65 add, 113 mul, 0 div, 6 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 667 operations: 318 add, 343 mul, 0 div, 6 sin_cos, 0 other
 //   tangent: 767 operations: 320 add, 441 mul, 0 div, 6 sin_cos, 0 other
 //   acceleration: 665 operations: 254 add, 390 mul, 8 div, 6 sin_cos, 7 other
@@ -526,6 +527,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     loops: 1,
     bodies: 6,
     points: 1,
+    contacts: 0,
     drives: 0,
     parameters: 0,
     inputs: 0,
@@ -1933,6 +1935,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
     }
     /// The prescribed angle of each driven joint, in the order of the joints.
     fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
+    /// Where each contact point is, and the force on its body.
+    fn contacts_into(&self, t: S, q: &[S; 6], u: &[S; 6], contacts: &mut [S; 0]) {}
     /// The force and the moment that each hinge transmits.
     fn reactions_into(
         &self,

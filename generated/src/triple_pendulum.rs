@@ -21,6 +21,7 @@
 //   points: 21 operations: 10 add, 8 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 72 operations: 27 add, 42 mul, 0 div, 3 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 121 operations: 61 add, 57 mul, 0 div, 3 sin_cos, 0 other
 //   tangent: 113 operations: 47 add, 63 mul, 0 div, 3 sin_cos, 0 other
 //   acceleration: 103 operations: 45 add, 51 mul, 2 div, 3 sin_cos, 2 other
@@ -332,6 +333,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     loops: 0,
     bodies: 4,
     points: 1,
+    contacts: 0,
     drives: 0,
     parameters: 0,
     inputs: 0,
@@ -774,6 +776,8 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
     }
     /// The prescribed angle of each driven joint, in the order of the joints.
     fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
+    /// Where each contact point is, and the force on its body.
+    fn contacts_into(&self, t: S, q: &[S; 3], u: &[S; 3], contacts: &mut [S; 0]) {}
     /// The force and the moment that each hinge transmits.
     fn reactions_into(
         &self,

@@ -99,6 +99,8 @@ class Model:
         """Bodies."""
         self.points: list[str] = about["points"]
         """Named points."""
+        self.contact_points: list[str] = about["contacts"]
+        """Contact points: the contact, then the point or the body and its corner."""
         self.inputs: list[str] = about["inputs"]
         """Inputs, in the order of input arrays."""
         self.parameters: dict[str, float] = about["parameters"]
@@ -240,6 +242,15 @@ class Model:
         """Returns where the named points are (points, 3), m."""
         states, several = self._states(q, None, 0.0, None)
         return _shaped(self._native.places(states)[1], states, several, len(self.points), 3)
+
+    def contacts(
+        self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
+    ) -> Array:
+        """Returns where each contact point is, m, and the force on its body, N, in the base frame (K, 6), in the
+        order of :attr:`contact_points`."""
+        states, several = self._states(q, u, t, inputs)
+        [contacts] = self._native.contacts(states)
+        return _shaped(contacts, states, several, len(self.contact_points), 6)
 
     def step(
         self,

@@ -106,6 +106,11 @@ class Motion:
         return self._shaped("points", len(self.model.points), 3)
 
     @property
+    def contacts(self) -> Array:
+        """Contact points and the forces on their bodies in the base frame (S, K, 6), m and N."""
+        return self._shaped("contacts", len(self.model.contact_points), 6)
+
+    @property
     def rotation(self) -> Array:
         """Rotation matrices of the bodies (S, bodies, 3, 3): a point drawn at x lies at R x + p."""
         poses = self._shaped("poses", len(self.model.bodies), 12)

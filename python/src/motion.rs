@@ -56,12 +56,16 @@ struct Arrays<'py> {
     closure: PyReadonlyArray1<'py, f64>,
     points: PyReadonlyArray1<'py, f64>,
     poses: PyReadonlyArray1<'py, f64>,
+    contacts: PyReadonlyArray1<'py, f64>,
     inputs: PyReadonlyArray1<'py, f64>,
 }
 
 impl Arrays<'_> {
-    /// The samples, each with so many joints, points and bodies.
-    fn samples(&self, joints: usize, points: usize, bodies: usize) -> PyResult<Vec<Sample>> {
+    /// The samples, each with as many joints, points, bodies and contact points as a motion.
+    fn samples(&self, motion: &Recorded) -> PyResult<Vec<Sample>> {
+        let Recorded { joints, points, bodies, contacts, .. } = motion;
+        let [joints, points, bodies, contacts] =
+            [joints.len(), points.len(), bodies.len(), contacts.len()];
         let t = self.t.as_slice()?;
         let rows = |array: &PyReadonlyArray1<'_, f64>, width: usize| {
             let numbers = array.as_slice()?;
@@ -75,6 +79,7 @@ impl Arrays<'_> {
         let [kinetic, potential, closure] =
             [rows(&self.kinetic, 1)?, rows(&self.potential, 1)?, rows(&self.closure, 1)?];
         let (places, poses) = (rows(&self.points, 3 * points)?, rows(&self.poses, 12 * bodies)?);
+        let touched = rows(&self.contacts, 6 * contacts)?;
         let of =
             |numbers: &[f64], row: usize, width: usize| numbers[row * width..][..width].to_vec();
         let sample = |(row, &t): (usize, &f64)| Sample {
@@ -86,6 +91,7 @@ impl Arrays<'_> {
             closure: closure[row],
             points: of(&places, row, 3 * points).as_chunks().0.to_vec(),
             poses: of(&poses, row, 12 * bodies).as_chunks().0.iter().map(pose).collect(),
+            contacts: of(&touched, row, 6 * contacts).as_chunks().0.to_vec(),
         };
         Ok(t.iter().enumerate().map(sample).collect())
     }
@@ -140,8 +146,7 @@ impl Motion {
         events: Vec<Vec<Found>>,
     ) -> PyResult<Self> {
         let mut recorded = Recorded::new(program.interface());
-        let (joints, points) = (recorded.joints.len(), recorded.points.len());
-        recorded.samples = arrays.samples(joints, points, recorded.bodies.len())?;
+        recorded.samples = arrays.samples(&recorded)?;
         (recorded.complete, recorded.course) = (complete, Course::Time);
         let state = |(t, q, u)| State { t, q, u };
         let events = events.into_iter().map(|found| found.into_iter().map(state).collect());
@@ -172,6 +177,7 @@ impl Motion {
             ("closure", self.gathered(py, |sample| [sample.closure])),
             ("points", self.gathered(py, |sample| sample.points.as_flattened().to_vec())),
             ("poses", self.gathered(py, poses)),
+            ("contacts", self.gathered(py, |sample| sample.contacts.as_flattened().to_vec())),
             ("inputs", array(py, &self.inputs)),
         ]
     }

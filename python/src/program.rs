@@ -102,6 +102,7 @@ impl Program {
             interface.bodies.iter().map(|body| &body.name).collect::<Vec<_>>(),
         )?;
         about.set_item("points", &interface.points)?;
+        about.set_item("contacts", &interface.contacts)?;
         about.set_item("inputs", &interface.inputs)?;
         about.set_item("loops", &interface.loops)?;
         about.set_item("mobility", interface.mobility)?;

@@ -170,6 +170,15 @@ impl Program {
         })
     }
 
+    /// Position and force of each contact point, 6 K.
+    fn contacts<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        let width = 6 * self.system().dimensions().contacts;
+        each(py, self, &states, &[width], |system, state, _, out| {
+            let out = &mut out[0][state.row * width..][..width];
+            Ok(system.write_contacts(state.t, state.q, state.u, out)?)
+        })
+    }
+
     /// M, N x N; f, N; J, C x N; gamma, C.
     fn equations<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
         let d = self.system().dimensions();

@@ -120,6 +120,15 @@ impl<D: Delegate> Mechanism for D {
     fn normalise(&self, q: &mut [Self::Scalar]) {
         self.inner().normalise(q);
     }
+    fn write_contacts(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: &mut [Self::Scalar],
+    ) -> Result<(), Error> {
+        self.inner().write_contacts(t, q, u, out)
+    }
     fn write_reactions(
         &self,
         at: Balance<'_, Self::Scalar>,

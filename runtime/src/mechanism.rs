@@ -214,6 +214,23 @@ pub trait Mechanism: Sized {
         Err(Error::LeftOut { function: "points" })
     }
 
+    /// Per contact point its position (m) and the force on its body (N), 6 per point, in the base frame. Provided:
+    /// the module has no contacts, or was written without this function.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`], [`Error::LeftOut`].
+    fn write_contacts(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: &mut [Self::Scalar],
+    ) -> Result<(), Error> {
+        let _ = (t, q, u);
+        if out.is_empty() { Ok(()) } else { Err(Error::LeftOut { function: "contacts" }) }
+    }
+
     /// Per joint the force (N) and the moment about the first point of the hinge line (N m) by
     /// which the first body of the joint acts on the second, 6 per joint, in the joint's frame: x along
     /// the hinge, z normal to the flat sheet, fixed to the second body. The moment about x is that

@@ -30,6 +30,8 @@ pub struct Dimensions {
     pub bodies: usize,
     /// P, points.
     pub points: usize,
+    /// K, contact points.
+    pub contacts: usize,
     /// D, joints that follow a prescribed angle.
     pub drives: usize,
     /// Parameters.
@@ -53,6 +55,7 @@ impl Dimensions {
             loops: 0,
             bodies: 0,
             points: 0,
+            contacts: 0,
             drives: 0,
             parameters: 0,
             inputs: 0,

@@ -81,6 +81,13 @@ static void state(void)
         answer("points", 0, &points[0][0], 3 * M(POINTS));
     }
 #endif
+#if M(CONTACTS) > 0
+    {
+        real contacts[M(CONTACTS)][6];
+        F(contacts)(t, q, u, &p, &in, contacts);
+        answer("contacts", 0, &contacts[0][0], 6 * M(CONTACTS));
+    }
+#endif
 #if M(DRIVES) > 0
     {
         real torque[N] = { 0 };

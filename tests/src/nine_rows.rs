@@ -77,7 +77,7 @@ impl Chains {
         let mut axes = Matrix3::identity();
         while let Some(&shared) = ghost.last().filter(|&node| original.last() == Some(node)) {
             let node = topology.node(shared);
-            let x = topology.mechanism.joints[node.joint.index()].direction * node.sense;
+            let x = topology.mechanism.joints[node.joint().unwrap().index()].direction * node.sense;
             axes = Matrix3::from_columns(&[x, Vector3::z().cross(&x), Vector3::z()]);
             ghost.pop();
             original.pop();
@@ -98,10 +98,10 @@ fn carried(
     let (mut x, mut v, mut a) = (point, Vector3::zeros(), Vector3::zeros());
     for node in chain {
         let node = topology.node(*node);
-        let joint = &topology.mechanism.joints[node.joint.index()];
+        let joint = &topology.mechanism.joints[node.joint().unwrap().index()];
         let e = joint.direction;
-        let theta = node.sense * q[node.joint.index()];
-        let omega = node.sense * u[node.joint.index()];
+        let theta = node.sense * q[node.joint().unwrap().index()];
+        let omega = node.sense * u[node.joint().unwrap().index()];
         let turn = Rotation3::from_axis_angle(&Unit::new_normalize(e), theta);
         let (w, dw, ddw) = (turn * (x - joint.point), turn * v, turn * a);
         x = joint.point + w;

@@ -43,6 +43,7 @@ pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str
     let bodies: Vec<&String> = interface.bodies.iter().map(|body| &body.name).collect();
     context.insert("bodies", &bodies);
     context.insert("points", &interface.points);
+    context.insert("contacts", &interface.contacts);
     let parameters = interface.parameters.iter().map(|parameter| Value {
         name: parameter.name.clone(),
         value: format!("{:?}", parameter.value),

@@ -95,6 +95,7 @@ fn equations(
         residual_jacobian: b.trees(&closure.residual_jacobian),
         poses: b.trees(&outputs.poses),
         points: b.trees(&outputs.points),
+        contacts: b.trees(loads.contacts().outputs()),
         drives: b.trees(&outputs.drives),
         imbalance: b.trees(&inverse.imbalance),
         opening: b.trees(&inverse.opening),

@@ -1,8 +1,9 @@
-//! Phase 6, energies: kinetic energy, and the potential energy of gravity and springs.
+//! Phase 6, energies: kinetic energy, and the potential energy of gravity, springs, elastic tendons and contacts.
 
 use super::binder::Binder;
 use super::inertia::Inertias;
 use super::kinematics::Kinematics;
+use super::link::Hinge;
 use super::loads::{Loads, Spring};
 use super::vector::{add, apply, cross, dot, scale};
 use crate::program::{Phase, Section};
@@ -27,11 +28,13 @@ impl Energy {
         let kinetic = kinetic(binder, kinematics, inertias);
         let gravity = gravity(binder, kinematics, inertias, loads);
         let springs = springs(binder, kinematics, loads);
-        Self { kinetic, potential: &gravity + &springs }
+        let stored = &(&springs + loads.stored()) + loads.contacts().stored();
+        Self { kinetic, potential: &gravity + &stored }
     }
 }
 
-/// Derives the kinetic energy: the sum over nodes of m v.v / 2 + v.(w x h) + w.I w / 2.
+/// Derives the kinetic energy: the sum over nodes of m v.v / 2 + v.(w x h) + w.I w / 2, and over the
+/// rotors of motors of inertia u^2 / 2.
 fn kinetic(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Expr {
     let half = binder.constant(0.5);
     let mut total = Expr::zero();
@@ -43,6 +46,11 @@ fn kinetic(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) ->
         let angular = &half * &dot(w, &apply(&body.rotational(), w));
         let energy = &(&linear + &mixed) + &angular;
         total = &total + &binder.scalar(node, Phase::KineticEnergy, "kinetic_energy", energy);
+    }
+    for link in kinematics.links().iter().filter(|link| !link.rotor.is_zero()) {
+        let Some(Hinge { speed, .. }) = link.hinge() else { continue };
+        let energy = &(&half * &link.rotor) * &(speed * speed);
+        total = &total + &binder.scalar(link.node, Phase::KineticEnergy, "rotor_energy", energy);
     }
     total
 }

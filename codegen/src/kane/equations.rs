@@ -85,6 +85,8 @@ pub struct Equations {
     pub poses: Vec<Tree<Leaf>>,
     /// Position of each point in the base frame, m.
     pub points: Vec<Tree<Leaf>>,
+    /// Position (m) of each contact point and the force (N) on its body, in the base frame, K x 6.
+    pub contacts: Vec<Tree<Leaf>>,
     /// Prescribed angles of the driven joints, rad.
     pub drives: Vec<Tree<Leaf>>,
     /// f - M du/dt + J^T lambda at given du/dt and lambda, N, N m.

@@ -129,7 +129,9 @@ fn origin(topology: &Topology, placed: &[Frame], id: NodeId, hinge: &Joint) -> V
     for closed in loops {
         if let LoopClass::Spherical { centre } = closed.class {
             let miss = (on_line(&centre) - centre).norm();
-            if closed.joints.iter().any(|joint| node.joint() == Some(*joint)) && miss <= ROUNDING * 10.0 * size {
+            if closed.joints.iter().any(|joint| node.joint() == Some(*joint))
+                && miss <= ROUNDING * 10.0 * size
+            {
                 return centre;
             }
         }

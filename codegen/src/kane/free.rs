@@ -105,7 +105,8 @@ fn axes(binder: &mut Binder, node: NodeId, [w, x, y, z]: &[Expr; 4]) -> [Vector;
     let scale = binder.scalar(node, phase, "scale", scale);
     let [x2, y2, z2] = [x, y, z].map(|x| &scale * x);
     let [x2, y2, z2] = binder.components(node, phase, "scaled", ["x", "y", "z"], [x2, y2, z2]);
-    let products = [&x2 * x, &x2 * y, &x2 * z, &y2 * y, &y2 * z, &z2 * z, &x2 * w, &y2 * w, &z2 * w];
+    let products =
+        [&x2 * x, &x2 * y, &x2 * z, &y2 * y, &y2 * z, &z2 * z, &x2 * w, &y2 * w, &z2 * w];
     let names = ["xx", "xy", "xz", "yy", "yz", "zz", "wx", "wy", "wz"];
     let [xx, xy, xz, yy, yz, zz, wx, wy, wz] =
         binder.components(node, phase, "scaled", names, products);

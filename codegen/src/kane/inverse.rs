@@ -97,7 +97,8 @@ impl InverseDynamics {
             for (speed, along) in along_speeds(kinematics, link.node, &sum) {
                 let name = format!("imbalance_{}", binder.speed_name(speed));
                 let section = Section::body(link.node, Phase::InverseDynamics);
-                let value = &along + loads.torque(link.node);
+                let rotor = &link.rotor * &given.accelerations()[speed];
+                let value = &(&along + loads.torque(link.node)) - &rotor;
                 imbalance[speed] = binder.bind(section, name, value);
             }
             let Some(hinge) = link.hinge() else { continue };

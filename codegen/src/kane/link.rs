@@ -31,6 +31,9 @@ const HINGE: Quantity = Quantity::new(
     "cosine and sine of the angle about z from its parent's x axis to its hinge line",
 );
 
+const ROTOR: Quantity =
+    Quantity::new("rotor_inertia", "inertia of its motor's rotor about its joint, kg m^2");
+
 /// A node, or a copy in a loop, with what connects it with its parent.
 pub struct Link {
     pub node: NodeId,
@@ -40,6 +43,8 @@ pub struct Link {
     pub frame: Frame,
     /// r: position of the node's origin in its parent's frame, m. Zero for a free body.
     pub offset: Vector,
+    /// What the rotor of a motor adds to the inertia of the joint's coordinate, kg m^2.
+    pub rotor: Expr,
     /// How the node moves relative to its parent.
     pub freedom: Freedom,
 }
@@ -99,9 +104,13 @@ impl Link {
 pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
     let topology = binder.topology();
     let mut turns: Vec<Option<Turn>> = vec![None; topology.mechanism.joints.len()];
+    let mut rotors = vec![Expr::zero(); turns.len()];
     for node in binder.nodes() {
-        if let Some(joint) = topology.node(node).joint() {
-            turns[joint.index()] = Some(joint_turn(binder, node, joint));
+        let Some(joint) = topology.node(node).joint() else { continue };
+        turns[joint.index()] = Some(joint_turn(binder, node, joint));
+        let inertia = topology.mechanism.rotor_inertia(joint);
+        if inertia > 0.0 {
+            rotors[joint.index()] = binder.fact(node, ROTOR, inertia);
         }
     }
     let size = topology.mechanism.size;
@@ -113,7 +122,14 @@ pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
             Connection::Hinge(joint) => joint,
             Connection::Free(id) => {
                 let freedom = Freedom::Free(Free::new(binder, node, &frame, id));
-                links.push(Link { node, parent, frame, offset: zero(), freedom });
+                links.push(Link {
+                    node,
+                    parent,
+                    frame,
+                    offset: zero(),
+                    rotor: Expr::zero(),
+                    freedom,
+                });
                 continue;
             }
         };
@@ -125,7 +141,8 @@ pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
         let [cos, sin] = binder.facts_of(node, HINGE, ["cos", "sin"], [cos, sin]);
         let (speed, line_turn) = (binder.speed(joint.index()), Turn { cos, sin });
         let freedom = Freedom::Hinge(Hinge { joint, speed, line_turn, joint_turn });
-        links.push(Link { node, parent, frame, offset, freedom });
+        let rotor = rotors[joint.index()].clone();
+        links.push(Link { node, parent, frame, offset, rotor, freedom });
     }
     links
 }

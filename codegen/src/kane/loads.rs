@@ -1,10 +1,12 @@
-//! Phase 3, loads: gravity, applied forces, air drag and joint torques, and the bias force of every
+//! Phase 3, loads: gravity, applied forces, force elements, air drag, contacts and joint torques, and the bias force of every
 //! body, which is the sum of these forces and of its inertia force at du/dt = 0.
 
 use crate::program::{Phase, Quantity, Section};
 use nalgebra::Vector3;
 
 use super::binder::Binder;
+use super::contact::Contacts;
+use super::elements::{Elements, motor_torque};
 use super::facts::AXES;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
@@ -23,12 +25,16 @@ pub struct Loads {
     gravity: Vector,
     /// Wrenches of applied forces and of air drag, by node.
     applied: Vec<Wrench>,
+    /// Contacts of points with planes.
+    contacts: Contacts,
     /// Bias forces for the minimal inertia, by node.
     bias: Vec<Wrench>,
     /// Springs, by node. A free body has none.
     springs: Vec<Option<Spring>>,
     /// Joint torques, by node: zero for a free body.
     torques: Vec<Expr>,
+    /// Potential energy of springs between points and bodies, J.
+    stored: Expr,
 }
 
 /// The spring of a joint. Its torque is -k bend - k3 bend^3.
@@ -63,7 +69,9 @@ impl Loads {
     pub fn new(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Self {
         let gravity = &binder.mechanism().gravity;
         let gravity = vector(binder, gravity, "gravity");
-        let applied = applied(binder, kinematics);
+        let elements = Elements::new(binder, kinematics);
+        let contacts = Contacts::new(binder, kinematics);
+        let applied = applied(binder, kinematics, &elements, &contacts);
         let links = kinematics.links();
         let springs: Vec<Option<Spring>> =
             links.iter().map(|link| Some(spring(binder, link.node, link.hinge()?))).collect();
@@ -72,7 +80,9 @@ impl Loads {
             Some(joint_torque(binder, link.node, link.hinge()?, spring.as_ref()?))
         };
         let torques = pairs.map(torque).map(|torque| torque.unwrap_or_else(Expr::zero)).collect();
-        let mut loads = Self { gravity, applied, bias: Vec::new(), springs, torques };
+        let stored = elements.energy;
+        let bias = Vec::new();
+        let mut loads = Self { gravity, applied, contacts, bias, springs, torques, stored };
         let names = WrenchNames {
             gravity_phase: Phase::ApparentGravity,
             phase: Phase::BiasForce,
@@ -93,9 +103,19 @@ impl Loads {
         &self.bias
     }
 
+    /// Returns the contacts of points with planes.
+    pub fn contacts(&self) -> &Contacts {
+        &self.contacts
+    }
+
     /// Returns the spring of a node's joint.
     pub fn spring(&self, node: NodeId) -> Option<&Spring> {
         self.springs[node.index()].as_ref()
+    }
+
+    /// Returns the potential energy of springs between points and bodies, J.
+    pub fn stored(&self) -> &Expr {
+        &self.stored
     }
 
     /// Returns tau: the torque of a node's joint on the node about the hinge, along u, N m.
@@ -177,8 +197,13 @@ fn inertial_wrench(inertia: &SpatialInertia, motion: &Motion, gravity: &Vector) 
     }
 }
 
-/// Returns, by node, the wrenches of forces at points and of the air. Ghosts carry none.
-fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
+/// Returns, by node, the wrenches of forces at points, of force elements, of the air and of contacts. Ghosts carry none.
+fn applied(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    elements: &Elements,
+    contacts: &Contacts,
+) -> Vec<Wrench> {
     let mechanism = binder.mechanism();
     let pressure = mechanism.air.as_ref().map(|air| {
         let density = binder.formula(&air.density, "air_density", None);
@@ -197,7 +222,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
     let topology = binder.topology();
     let mut wrenches = Vec::with_capacity(kinematics.links().len());
     for (link, node) in kinematics.links().iter().zip(&topology.nodes) {
-        let mut sum = Wrench::zero();
+        let mut sum = elements.wrenches[link.node.index()].clone();
         if node.ghost.is_none() {
             if let Some(pressure) = &pressure {
                 let body = &mechanism.bodies[node.body.index()];
@@ -216,7 +241,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
                 }
             }
         }
-        wrenches.push(sum);
+        wrenches.push(sum.plus(contacts.on(link.node)));
     }
     wrenches
 }
@@ -253,14 +278,15 @@ fn drag(binder: &mut Binder, link: &Link, body: &Body, motion: &Motion, pressure
 /// Returns the torque tau of a joint, N m.
 fn joint_torque(binder: &mut Binder, node: NodeId, hinge: &Hinge, spring: &Spring) -> Expr {
     let u = &hinge.speed;
-    let hinge = &binder.mechanism().joints[hinge.joint.index()];
-    let (name, span) = (&hinge.name, Some(hinge.span));
-    let torque = binder.formula(&hinge.torque, &format!("torque_{name}"), span);
-    let damping = binder.formula(&hinge.damping, &format!("damping_{name}"), span);
+    let joint = &binder.mechanism().joints[hinge.joint.index()];
+    let (name, span) = (&joint.name, Some(joint.span));
+    let torque = binder.formula(&joint.torque, &format!("torque_{name}"), span);
+    let damping = binder.formula(&joint.damping, &format!("damping_{name}"), span);
     let Spring { stiffness, cubic, bend } = spring;
     let linear = &(&torque - &(stiffness * bend)) - &(&damping * u);
     let stiffened = &linear - &(cubic * &bend.power(3));
-    match &hinge.friction {
+    let stiffened = &stiffened + &motor_torque(binder, node, hinge);
+    match &joint.friction {
         None => stiffened,
         Some(friction) => {
             let torque = binder.formula(&friction.torque, &format!("friction_{name}"), span);

@@ -8,7 +8,8 @@
 //! f_s = dw_s x h + m dv_s        n_s = I dw_s + h x dv_s        M_rs = dw_r . n_s + dv_r . f_s
 //! ```
 //!
-//! where (f_s, n_s) is carried to every ancestor r (Walker & Orin 1982). The cost of one entry does not
+//! where the rotor of a joint's motor adds its inertia to M_ss (R. Featherstone, "Rigid Body Dynamics Algorithms", 2008,
+//! 9.6), and where (f_s, n_s) is carried to every ancestor r (Walker & Orin 1982). The cost of one entry does not
 //! depend on the number of bodies beyond it, so the total cost grows as N^2.
 
 use super::binder::Binder;
@@ -20,7 +21,6 @@ use super::vector::{Vector, add, cross, dot, scale, twice_symmetric};
 use super::wrench::Wrench;
 use crate::program::{Phase, Section};
 use crate::symbolic::Expr;
-use crate::topology::NodeId;
 
 /// A tree is deep if the mean number of speeds from the ground to a node is greater than this.
 const DEEP: usize = 8;
@@ -80,7 +80,7 @@ impl MassMatrix {
         let mut at = link;
         loop {
             for (row, entry) in along_speeds(kinematics, at.node, &wrench) {
-                self.set(binder, link.node, [row, speed], entry);
+                self.set(binder, link, [row, speed], entry);
             }
             let Some(parent) = at.parent else { break };
             wrench = at.carry_wrench(binder, Phase::MassMatrix, &name, &wrench);
@@ -99,7 +99,7 @@ impl MassMatrix {
     ) {
         let name = format!("inertia_{}_at_ground", binder.speed_name(speed));
         for (row, entry) in along_speeds(kinematics, link.node, &wrench) {
-            self.set(binder, link.node, [row, speed], entry);
+            self.set(binder, link, [row, speed], entry);
         }
         let placement = kinematics.placement(link.node);
         let force = placement.turn(&wrench.force);
@@ -125,16 +125,17 @@ impl MassMatrix {
                 }
             };
             for (row, entry) in above.speeds().zip(entries) {
-                self.set(binder, link.node, [row, speed], entry);
+                self.set(binder, link, [row, speed], entry);
             }
             at = above.parent;
         }
     }
 
     /// Binds an entry of a node's column, and stores it in both symmetric places.
-    fn set(&mut self, binder: &mut Binder, node: NodeId, [r, c]: [usize; 2], entry: Expr) {
+    fn set(&mut self, binder: &mut Binder, column: &Link, [r, c]: [usize; 2], entry: Expr) {
+        let entry = if r == c { &entry + &column.rotor } else { entry };
         let name = format!("mass_{}_{}", binder.speed_name(r), binder.speed_name(c));
-        let entry = binder.bind(Section::body(node, Phase::MassMatrix), name, entry);
+        let entry = binder.bind(Section::body(column.node, Phase::MassMatrix), name, entry);
         self.entries[r * self.n + c] = entry.clone();
         self.entries[c * self.n + r] = entry;
     }

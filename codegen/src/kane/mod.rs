@@ -16,6 +16,8 @@
 //! | spatial inertia | minimal inertial parameters | `inertia` |
 //! | kinematics | placements, w, v, alpha, a, partial velocities | `kinematics`, of `frame`, `link`, `free`, `placement`, `motion` |
 //! | loads | gravity, forces, air, joint torques, bias forces | `loads` |
+//! | force elements | springs between points and bodies, tendons, motors | `elements` |
+//! | contacts | forces between points and planes | `contact`, of `touch` |
 //! | generalized forces | f | `forces` |
 //! | mass matrix | composite inertia, M | `mass` |
 //! | energies | kinetic and potential energy | `energy` |
@@ -33,7 +35,9 @@
 mod articulated;
 mod binder;
 mod closure;
+mod contact;
 mod derive;
+mod elements;
 mod energy;
 mod equations;
 mod facts;
@@ -53,6 +57,7 @@ mod momentum;
 mod motion;
 mod outputs;
 mod placement;
+mod touch;
 mod turn;
 mod vector;
 mod wrench;

@@ -7,7 +7,7 @@ use crate::laminate::{Body, Joint, MassProperties, Mechanism};
 use crate::program::{Phase, Section, Subject};
 use crate::source::{BodyId, Expression, JointId, Span};
 use crate::symbolic::{Function, Tree};
-use crate::topology::{Node, NodeId, Topology};
+use crate::topology::{Connection, Node, NodeId, Topology};
 
 /// Evaluates trees directly, as the reference for all later stages.
 struct Evaluator<'a> {
@@ -107,6 +107,8 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         inputs: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
+        elements: Default::default(),
+        contacts: Vec::new(),
         initial_q: vec![0.0; n],
         initial_given: Vec::new(),
         initial_u: vec![0.0; n],

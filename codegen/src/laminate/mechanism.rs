@@ -5,9 +5,12 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::elements::Elements;
 use crate::source::free::{COORDINATES, SPEED_NAMES, SPEEDS};
 use crate::source::ids::index;
-use crate::source::{BodyId, CoordinateId, Expression, JointId, ParameterId, PointId, Span, SpeedId};
+use crate::source::{
+    BodyId, CoordinateId, Expression, JointId, ParameterId, PointId, Span, SpeedId,
+};
 
 index!(
     /// A free body, in the order of `Mechanism::free`.
@@ -33,6 +36,10 @@ pub struct Mechanism {
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
+    /// Springs, tendons and motors.
+    pub elements: Elements,
+    /// Contacts of points with planes.
+    pub contacts: Vec<Contact>,
     /// Guess of the initial q, one per joint, rad.
     pub initial_q: Vec<f64>,
     /// Joints whose guess was given in the file: assembly moves these least.
@@ -238,4 +245,92 @@ pub struct Force {
     pub point: PointId,
     /// Components in the base frame, N.
     pub force: [Expression; 3],
+}
+
+/// Points that may touch a plane. A point at the depth d behind the plane is pushed along the normal with
+/// f = k d max(0, 1 + c d'), and against its sliding velocity v with mu f v / sqrt(v^2 + s^2).
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Contact {
+    /// Its name.
+    pub name: String,
+    /// The plane.
+    pub plane: Plane,
+    /// The points, body by body.
+    pub points: Vec<ContactPoint>,
+    /// Stiffness k of each point, N/m.
+    pub stiffness: Expression,
+    /// What the stiffness follows from, if the file does not give it.
+    pub default: Option<DefaultStiffness>,
+    /// Dissipation c, s/m.
+    pub dissipation: Expression,
+    /// Coefficient of friction mu.
+    pub friction: Expression,
+    /// Slip speed s, m/s.
+    pub slip_speed: f64,
+}
+
+/// The plane of a contact.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Plane {
+    /// The body that carries it; `None` for the ground.
+    pub body: Option<BodyId>,
+    /// A point of it in the flat state, m.
+    pub point: Vector3<f64>,
+    /// Unit vector in which it pushes, in the flat state.
+    pub normal: Vector3<f64>,
+    /// Where it ends, if it does.
+    pub outline: Option<PlateOutline>,
+}
+
+/// The edge and the thickness of a convex plate.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct PlateOutline {
+    /// Vertices in the flat state, counterclockwise, m.
+    pub vertices: Vec<[f64; 2]>,
+    /// Thickness, m.
+    pub thickness: f64,
+}
+
+/// A point that may touch a plane.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ContactPoint {
+    /// Its name: the contact, then the output point or the body and the number of the corner.
+    pub name: String,
+    /// The body it is fixed to.
+    pub body: BodyId,
+    /// Position in the flat state, m.
+    pub at: Vector3<f64>,
+}
+
+/// What the default of a contact's stiffness follows from.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct DefaultStiffness {
+    /// Mass of all moving bodies, kg.
+    pub mass: f64,
+    /// Gravity, m/s^2.
+    pub gravity: f64,
+    /// Thickness of the layup, m.
+    pub thickness: f64,
+}
+
+impl PlateOutline {
+    /// Returns, for each edge, the inward unit normal and its product with a point of the edge, m: a point x of
+    /// the sheet is within the outline by the smallest of normal . x - product.
+    pub fn edges(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
+        let ends = self.vertices.iter().zip(self.vertices.iter().cycle().skip(1));
+        ends.map(|([x, y], [to_x, to_y])| {
+            let (along_x, along_y) = (to_x - x, to_y - y);
+            let length = crate::arithmetic::hypot(along_x, along_y);
+            let inward = [-along_y / length, along_x / length];
+            (inward, inward[0] * x + inward[1] * y)
+        })
+    }
+}
+
+impl DefaultStiffness {
+    /// Returns the stiffness k, N/m, with which one point that carries the weight sinks in by a small share of the
+    /// thickness.
+    pub fn stiffness(&self) -> f64 {
+        self.mass * self.gravity / (super::SINKING * self.thickness)
+    }
 }

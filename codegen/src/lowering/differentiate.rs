@@ -9,9 +9,7 @@
 //! Where a function has a corner (`abs`, `min`, `max`) its derivative is that of the side of the
 //! larger argument; at a pole (`sqrt` of 0) it is infinite. That of a step is 0, also at the step.
 
-use crate::program::{
-    Function, Instruction, Interface, Moving, Op, Phase, Section, Slot, Value,
-};
+use crate::program::{Function, Instruction, Interface, Moving, Op, Phase, Section, Slot, Value};
 use crate::source::free::{COORDINATES, SPEEDS};
 use crate::source::{CoordinateId, SpeedId};
 

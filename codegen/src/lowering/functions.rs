@@ -17,7 +17,8 @@ use super::differentiate::{self, Directions};
 /// [`FunctionKind`].
 pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> {
     use FunctionKind::{
-        Closure, Drives, Energy, Equations as Motion, Momentum, Points, Poses, Reactions, Tangent,
+        Closure, Contacts, Drives, Energy, Equations as Motion, Momentum, Points, Poses, Reactions,
+        Tangent,
     };
     let e = equations;
     let kinetic = std::slice::from_ref(&e.kinetic_energy);
@@ -39,6 +40,7 @@ pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> 
         of(Points, &[&e.points]),
         of(Energy, &[kinetic, potential]),
         drives(angles),
+        of(Contacts, &[&e.contacts]),
         of(Reactions, &[&e.reactions]),
         of(Momentum, &[&e.momentum]),
         differentiate::along_changes(

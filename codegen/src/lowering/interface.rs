@@ -42,6 +42,12 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
             .collect(),
         nodes: topology.node_names(),
         points: mechanism.points.iter().map(|point| point.name.clone()).collect(),
+        contacts: mechanism
+            .contacts
+            .iter()
+            .flat_map(|contact| &contact.points)
+            .map(|point| point.name.clone())
+            .collect(),
         parameters: mechanism
             .parameters
             .iter()

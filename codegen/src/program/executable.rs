@@ -4,9 +4,7 @@
 use lamc_runtime::plumbing::{
     Balance, Dimensions, Drive, EquationsMut, Margin, ProjectionMut, workspace_len,
 };
-use lamc_runtime::{
-    Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body,
-};
+use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body};
 
 use super::ir::{Interface, Program, Slot};
 use super::signature::{Argument, FunctionKind};
@@ -228,6 +226,7 @@ impl<E: Engine> Mechanism for Executable<E> {
             loops: interface.loops.len(),
             bodies: interface.bodies.len(),
             points: interface.points.len(),
+            contacts: interface.contacts.len(),
             drives: interface.driven().len(),
             parameters: interface.parameters.len(),
             inputs: interface.inputs.len(),
@@ -343,6 +342,11 @@ impl<E: Engine> Mechanism for Executable<E> {
         for (joint, [position, speed, acceleration, jerk]) in driven.iter().zip(values) {
             visit(Drive { joint: joint.index(), position, speed, acceleration, jerk });
         }
+    }
+
+    fn write_contacts(&self, t: f64, q: &[f64], u: &[f64], out: &mut [f64]) -> Result<(), Error> {
+        let at = State { t, q, u, ..State::default() };
+        self.evaluate(FunctionKind::Contacts, at, &mut [out])
     }
 
     fn write_reactions(&self, at: Balance<'_, f64>, out: &mut [f64]) -> Result<(), Error> {

@@ -159,9 +159,10 @@ impl Interface {
     pub fn without_free(&self, what: &str) -> Result<(), String> {
         match self.free.first() {
             None => Ok(()),
-            Some(body) => {
-                Err(format!("body `{}` is free, and {what} do not handle free bodies yet", body.name))
-            }
+            Some(body) => Err(format!(
+                "body `{}` is free, and {what} do not handle free bodies yet",
+                body.name
+            )),
         }
     }
 
@@ -208,6 +209,8 @@ pub struct Interface {
     pub nodes: Vec<String>,
     /// Point names, in file order.
     pub points: Vec<String>,
+    /// Names of the contact points: the contact, then the point or the body and its corner, with dots between.
+    pub contacts: Vec<String>,
     /// Parameters.
     pub parameters: Vec<ParameterInfo>,
     /// Input names.

@@ -67,6 +67,8 @@ pub enum Size {
     Bodies,
     /// P: the output points.
     Points,
+    /// K: the contact points.
+    Contacts,
     /// D: the joints that follow a prescribed angle.
     Drives,
     /// The parameters.
@@ -87,6 +89,7 @@ impl Size {
             Self::Residuals => 9 * interface.loops.len(),
             Self::Bodies => interface.bodies.len(),
             Self::Points => interface.points.len(),
+            Self::Contacts => interface.contacts.len(),
             Self::Drives => interface.driven().len(),
             Self::Parameters => interface.parameters.len(),
             Self::Inputs => interface.inputs.len(),
@@ -105,6 +108,7 @@ impl std::fmt::Display for Size {
             Self::Residuals => "9 L",
             Self::Bodies => "B",
             Self::Points => "P",
+            Self::Contacts => "K",
             Self::Drives => "D",
             Self::Parameters => "parameters",
             Self::Inputs => "inputs",

@@ -19,6 +19,7 @@ pub enum FunctionKind {
     Points,
     Energy,
     Drives,
+    Contacts,
     Reactions,
     Momentum,
     Tangent,
@@ -29,8 +30,8 @@ pub enum FunctionKind {
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 12] = {
-        let mut all = [Self::Equations; 12];
+    pub const ALL: [Self; 13] = {
+        let mut all = [Self::Equations; 13];
         let mut index = 0;
         while index < all.len() {
             all[index] = SIGNATURES[index].kind;
@@ -200,7 +201,7 @@ const MARGIN: Array = vector(
 );
 
 /// Every function, in the order of [`FunctionKind`].
-pub const SIGNATURES: [Signature; 12] = [
+pub const SIGNATURES: [Signature; 13] = [
     Signature {
         kind: FunctionKind::Equations,
         name: "equations",
@@ -274,6 +275,19 @@ pub const SIGNATURES: [Signature; 12] = [
             "the angle and its first three derivatives by t",
         )],
         doc: "The prescribed angle of each driven joint, in the order of the joints",
+    },
+    Signature {
+        kind: FunctionKind::Contacts,
+        name: "contacts",
+        role: Role::Output,
+        inputs: STATE,
+        outputs: &[array(
+            "contacts",
+            Shape(Size::Contacts, Size::Fixed(6)),
+            "m, N",
+            "the position, then the force on the body, in the base frame",
+        )],
+        doc: "Where each contact point is, and the force on its body",
     },
     Signature {
         kind: FunctionKind::Reactions,

@@ -60,9 +60,7 @@ impl Program {
             Slot::Position(id) => interface.coordinate_name(id),
             Slot::Rate(id)
             | Slot::Acceleration(id)
-            | Slot::Change(Moving::Position(id) | Moving::Rate(id)) => {
-                interface.speed_name(id)
-            }
+            | Slot::Change(Moving::Position(id) | Moving::Rate(id)) => interface.speed_name(id),
             Slot::Parameter(id) | Slot::Change(Moving::Parameter(id)) => {
                 interface.parameters[id.index()].name.clone()
             }

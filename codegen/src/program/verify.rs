@@ -69,7 +69,8 @@ fn counts(interface: &Interface) -> Result<(), VerifyError> {
 /// Checks names, which become identifiers of generated code, and texts, which become comments of one line.
 fn texts(program: &Program) -> Result<(), VerifyError> {
     let Program { interface, facts, functions } = program;
-    let Interface { joints, bodies, nodes, points, parameters, inputs, cuts, .. } = interface;
+    let Interface { joints, bodies, nodes, points, contacts, parameters, inputs, cuts, .. } =
+        interface;
     let is_name = |name: &str| is_identifier(name) && !is_keyword(name);
     // What `tunable` makes a parameter is called `stiffness.left`.
     let is_path = |name: &str| name.split('.').all(is_name);
@@ -85,6 +86,7 @@ fn texts(program: &Program) -> Result<(), VerifyError> {
         ("the name of a body", joints.iter().flat_map(|j| &j.bodies).all(|name| is_line(name))),
         ("the name of a node", nodes.iter().all(|name| is_identifier(name))),
         ("the name of a point", points.iter().all(|name| is_name(name))),
+        ("the name of a contact point", contacts.iter().all(|name| is_path(name))),
         ("the name of a parameter", parameters.iter().all(|it| is_path(&it.name))),
         ("the name of an input", inputs.iter().all(|name| is_name(name))),
         ("the name of a cut joint", cuts.iter().all(|name| is_identifier(name))),
@@ -220,8 +222,11 @@ mod tests {
         let interface = interface();
         for signature in &SIGNATURES {
             let kind = signature.kind;
-            let slot =
-                if kind == FunctionKind::Drives { Slot::Time } else { Slot::Position(CoordinateId(0)) };
+            let slot = if kind == FunctionKind::Drives {
+                Slot::Time
+            } else {
+                Slot::Position(CoordinateId(0))
+            };
             let right = reading(&interface, kind, slot);
             assert_eq!(verify_function(&interface, &right), Ok(()));
             let none = Function { outputs: Vec::new(), ..right.clone() };

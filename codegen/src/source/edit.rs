@@ -61,6 +61,7 @@ impl SourceModel {
         let entry = &mut self.joints[joint.index()];
         entry.drive = Some(Spanned { value: Expression::Number(angle), span: entry.span });
         entry.torque.value = Expression::ZERO;
+        self.elements.motors.retain(|motor| motor.joint.value != joint);
         Ok(())
     }
 
@@ -155,7 +156,12 @@ impl SourceModel {
         });
         let forces = self.forces.iter_mut().flat_map(|force| &mut force.force);
         let air = self.air.iter_mut().flat_map(|air| [&mut air.density, &mut air.drag]);
-        let air = air.map(|expression| &mut expression.value);
-        self.gravity.iter_mut().chain(joints).chain(forces).chain(air)
+        let contacts = self.contacts.iter_mut().flat_map(|contact| {
+            let laws = [&mut contact.dissipation, &mut contact.friction];
+            laws.into_iter().chain(&mut contact.stiffness)
+        });
+        let laws = air.chain(contacts).map(|expression| &mut expression.value);
+        let elements = self.elements.laws_mut().map(|(law, _)| &mut law.value);
+        self.gravity.iter_mut().chain(joints).chain(forces).chain(laws).chain(elements)
     }
 }

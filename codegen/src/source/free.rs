@@ -26,7 +26,8 @@ pub fn quaternion(turn: [f64; 3]) -> [f64; 4] {
 /// Returns a quaternion with its length made one; nothing for the quaternion zero.
 pub fn unit(quaternion: [f64; 4]) -> Option<[f64; 4]> {
     // The largest component first, so that no square underflows or overflows.
-    let largest = quaternion.iter().fold(0.0, |most: f64, x| if x.abs() > most { x.abs() } else { most });
+    let largest =
+        quaternion.iter().fold(0.0, |most: f64, x| if x.abs() > most { x.abs() } else { most });
     let scaled = quaternion.map(|x| x / largest);
     let norm = scaled.iter().map(|x| x * x).sum::<f64>().sqrt();
     (largest > 0.0).then(|| scaled.map(|x| x / norm))

@@ -46,6 +46,10 @@ index!(
     /// An output point, in file order.
     PointId
 );
+index!(
+    /// A contact, in file order.
+    ContactId
+);
 
 impl JointId {
     /// Returns its coordinate, the angle.

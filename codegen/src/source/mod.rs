@@ -14,6 +14,7 @@ mod argument;
 pub mod codes;
 pub mod diagnostic;
 mod edit;
+pub mod elements;
 pub mod expression;
 pub mod fields;
 mod file;
@@ -46,7 +47,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanne
 pub use edit::EditError;
 pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
-pub use ids::{BodyId, CoordinateId, InputId, JointId, ParameterId, PointId, SpeedId};
+pub use ids::{BodyId, ContactId, CoordinateId, InputId, JointId, ParameterId, PointId, SpeedId};
 pub use model::*;
 pub use names::{alternatives, closest as closest_name, is_identifier, is_keyword};
 pub use polynomial::{Polynomial, Term};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::argument::AngleUnit;
 use super::diagnostic::{SourceFile, Span, Spanned};
+use super::elements::Elements;
 use super::expression::Expression;
 use super::ids::{BodyId, InputId, JointId, PointId};
 use super::polynomial::Polynomial;
@@ -51,6 +52,10 @@ pub struct SourceModel {
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
+    /// Springs, tendons and motors.
+    pub elements: Elements,
+    /// Contacts of points with planes.
+    pub contacts: Vec<Contact>,
     /// Joints at which loops are cut. For other loops a breadth-first search chooses the joint.
     pub cuts: Vec<JointId>,
     /// Hinge models by name.
@@ -108,6 +113,49 @@ pub struct Air {
     pub density: Spanned<Expression>,
     /// Drag coefficient of a plate that is perpendicular to the flow.
     pub drag: Spanned<Expression>,
+}
+
+/// Points of bodies that may touch a plane.
+#[derive(Clone, Debug)]
+pub struct Contact {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The plane.
+    pub plane: ContactPlane,
+    /// What touches the plane.
+    pub points: ContactPoints,
+    /// Stiffness k of each point, N/m; without it, weight and thickness give one.
+    pub stiffness: Option<Spanned<Expression>>,
+    /// Dissipation c, s/m.
+    pub dissipation: Spanned<Expression>,
+    /// Coefficient of friction.
+    pub friction: Spanned<Expression>,
+    /// Speed at which 71 % of the friction acts, m/s.
+    pub slip_speed: Spanned<f64>,
+}
+
+/// The plane of a contact.
+#[derive(Clone, Debug)]
+pub struct ContactPlane {
+    /// A point of it in the flat state, m.
+    pub point: [f64; 3],
+    /// The direction in which it pushes, of any length, in the flat state.
+    pub normal: Spanned<[f64; 3]>,
+    /// The body that carries it; `None` for the ground.
+    pub body: Option<Spanned<BodyId>>,
+    /// Whether it ends at the outline and at the back of the body's plate.
+    pub within: Option<Spanned<()>>,
+}
+
+/// The points that may touch a plane.
+#[derive(Clone, Debug)]
+pub enum ContactPoints {
+    /// The corners of all moving bodies but the plane's own.
+    Corners,
+    /// The corners of these bodies.
+    CornersOf(Vec<Spanned<BodyId>>),
+    /// Output points.
+    Named(Vec<Spanned<PointId>>),
 }
 
 /// A sheet material.

@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 use super::argument::AngleUnit;
 use super::expression::{Expression, Operator, Unary};
 use super::ids::{InputId, ParameterId};
-use super::model::{Joint, SourceModel, Spring, Tunable};
+use super::model::{Contact, Joint, SourceModel, Spring, Tunable};
 use super::units::{
-    ACCELERATION, ANGLE, CUBIC_STIFFNESS, DAMPING, DENSITY, Dimension, FORCE, NUMBER, STIFFNESS,
-    TORQUE,
+    ACCELERATION, ANGLE, CUBIC_STIFFNESS, DAMPING, DENSITY, Dimension, FORCE, LINEAR_STIFFNESS,
+    NUMBER, SLOWNESS, STIFFNESS, TORQUE,
 };
 
 /// Units of numbers on a command line.
@@ -77,9 +77,15 @@ impl SourceModel {
             laws.extend(drive.iter().map(|drive| (&drive.value, ANGLE)));
         }
         laws.extend(self.forces.iter().flat_map(|force| &force.force).map(|law| (law, FORCE)));
+        for contact in &self.contacts {
+            let Contact { stiffness, dissipation, friction, .. } = contact;
+            laws.extend(stiffness.iter().map(|law| (&law.value, LINEAR_STIFFNESS)));
+            laws.extend([(&dissipation.value, SLOWNESS), (&friction.value, NUMBER)]);
+        }
         if let Some(air) = &self.air {
             laws.extend([(&air.density.value, DENSITY), (&air.drag.value, NUMBER)]);
         }
+        laws.extend(self.elements.laws().map(|(law, quantity)| (&law.value, quantity)));
         laws.into_iter().map(|(law, quantity)| (law, quantity.dimension)).collect()
     }
 }

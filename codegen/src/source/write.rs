@@ -7,8 +7,14 @@ use std::fmt::Write;
 use super::diagnostic::Spanned;
 use super::expression::Expression;
 use super::formula::{number, print};
-use super::model::{Body, HingeModel, Joint, Plate, Shape, SourceModel, Spring};
+use super::model::{
+    Body, Contact, ContactPlane, ContactPoints, HingeModel, Joint, Plate, Shape, SourceModel,
+    Spring,
+};
 use super::polynomial::Term;
+use super::schema::OUTLINE;
+
+mod elements;
 
 /// Longest line of vertices.
 const WIDTH: usize = 100;
@@ -46,6 +52,8 @@ pub fn to_yaml(model: &SourceModel) -> String {
         let name = &force.name.value;
         line(out, 1, &format!("{name}: {{ point: {point}, force: {components} }}"));
     });
+    elements::write(&mut out, model);
+    section(&mut out, "contacts", &model.contacts, |out, item| contact(out, item, model));
     out
 }
 
@@ -114,6 +122,37 @@ fn initial(out: &mut String, model: &SourceModel) {
             mapping(out, 2, &model.bodies[id.index()].name.value, &fields);
         });
     }
+}
+
+fn contact(out: &mut String, contact: &Contact, model: &SourceModel) {
+    line(out, 1, &format!("{}:", contact.name.value));
+    let ContactPlane { point, normal, body, within } = &contact.plane;
+    let mut plane =
+        vec![format!("point: {}", list(point)), format!("normal: {}", list(&normal.value))];
+    let body = body.as_ref().map(|body| &model.bodies[body.value.index()].name.value);
+    plane.extend(body.map(|body| format!("body: {body}")));
+    plane.extend(within.as_ref().map(|_| format!("within: {OUTLINE}")));
+    mapping(out, 2, "plane", &plane);
+    let among = |out: &mut String, key: &str, names: Vec<&String>| {
+        line(out, 2, &format!("{key}:"));
+        names.into_iter().for_each(|name| line(out, 3, &format!("- {name}")));
+    };
+    match &contact.points {
+        ContactPoints::Corners => {}
+        ContactPoints::CornersOf(bodies) => {
+            let names = bodies.iter().map(|body| &model.bodies[body.value.index()].name.value);
+            among(out, "bodies", names.collect());
+        }
+        ContactPoints::Named(points) => {
+            let names = points.iter().map(|point| &model.points[point.value.index()].name.value);
+            among(out, "points", names.collect());
+        }
+    }
+    let laws = [("dissipation", &contact.dissipation), ("friction", &contact.friction)];
+    for (key, law) in contact.stiffness.iter().map(|law| ("stiffness", law)).chain(laws) {
+        line(out, 2, &format!("{key}: {}", expression(&law.value, model)));
+    }
+    line(out, 2, &format!("slip_speed: {}", number(contact.slip_speed.value)));
 }
 
 fn line(out: &mut String, indent: usize, text: &str) {

@@ -47,7 +47,8 @@ pub fn shortest(mechanism: &Mechanism) -> Vec<Vec<JointId>> {
     let graph = Graph::new(mechanism);
     let nodes = graph.neighbours.iter().filter(|edges| !edges.is_empty()).count();
     // The ground and each free body have a tree of their own.
-    let trees = mechanism.free.iter().filter(|free| !graph.neighbours[1 + free.body.index()].is_empty());
+    let trees =
+        mechanism.free.iter().filter(|free| !graph.neighbours[1 + free.body.index()].is_empty());
     let trees = trees.count() + usize::from(!graph.neighbours[0].is_empty());
     let independent = (graph.edges.len() + trees).saturating_sub(nodes);
     if independent == 0 {

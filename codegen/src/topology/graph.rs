@@ -14,8 +14,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::laminate::{FreeId, Mechanism};
-use crate::source::ids::index;
 use crate::source::free::SPEEDS;
+use crate::source::ids::index;
 use crate::source::{BodyId, Diagnostics, JointId};
 
 index!(

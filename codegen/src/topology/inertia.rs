@@ -77,12 +77,13 @@ fn around(tree: &Tree, nodes: &[NodeId]) -> BTreeSet<JointId> {
 fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
     let properties = |node: &Node| &mechanism.bodies[node.body.index()].mass_properties;
     let joint = |node: &Node| Some(&mechanism.joints[node.joint()?.index()]);
+    let rotor = |node: &Node| node.joint().map_or(0.0, |joint| mechanism.rotor_inertia(joint));
     let bare: Vec<bool> = tree
         .nodes
         .iter()
         .map(|node| {
             let about = match joint(node) {
-                Some(joint) => moment(properties(node), joint),
+                Some(joint) => moment(properties(node), joint) + rotor(node),
                 None => least(&properties(node).inertia),
             };
             about <= rounding(properties(node), mechanism.size)
@@ -110,7 +111,7 @@ fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
         };
         let turn = turning(joint, &poses[index]);
         let momentum = articulated[index] * turn;
-        let pivot = momentum.dot(&turn);
+        let pivot = momentum.dot(&turn) + rotor(node);
         let rigid = (composite[index] * turn).dot(&turn);
         let held = pivot > rounding(properties(node), mechanism.size).max(SINGULAR * rigid);
         if bare[index] && !held {

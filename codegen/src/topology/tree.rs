@@ -58,7 +58,14 @@ pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnosti
         placed[free.body.index()] = Some(id);
         visited.push(Some(id));
         let connection = Connection::Free(FreeId(index));
-        nodes.push(Node { connection, body: free.body, ghost: None, parent: None, sense: 1.0, share: 1.0 });
+        nodes.push(Node {
+            connection,
+            body: free.body,
+            ghost: None,
+            parent: None,
+            sense: 1.0,
+            share: 1.0,
+        });
     }
     // Joints at which loops are cut come last, when all bodies are in the tree.
     for closing in [false, true] {

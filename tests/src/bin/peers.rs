@@ -97,7 +97,7 @@ fn numeric(topology: &Topology) -> Value {
     let nodes = topology.nodes.iter().map(|node| {
         let properties = &mechanism.bodies[node.body.index()].mass_properties;
         json!({
-            "joint": node.joint.index(),
+            "joint": node.joint().map(lamc::source::JointId::index),
             "body": node.body.index(),
             "ghost": node.ghost.is_some(),
             "parent": node.parent.map(|parent| parent.index()),
@@ -113,7 +113,7 @@ fn numeric(topology: &Topology) -> Value {
             LoopClass::Planar { .. } | LoopClass::Spatial => None,
         };
         // The peers close the loops of the tree, each at the joint that closes the short one.
-        let ghost = topology.nodes.iter().position(|node| node.joint == closed.joint);
+        let ghost = topology.nodes.iter().position(|node| node.joint() == Some(closed.joint));
         let body = ghost.map(|ghost| topology.nodes[ghost].body);
         let is_original = |node: &Node| Some(node.body) == body && node.ghost.is_none();
         json!({

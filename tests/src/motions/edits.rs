@@ -2,6 +2,7 @@
 
 use lamc::arithmetic::hypot;
 use lamc::pipeline::Compiled;
+use lamc::source::elements::{Tendon, Tension};
 use lamc::source::{
     Body, BodyId, Expression, Joint, Operator, Shape, SourceModel, Span, Spanned, Spring,
 };
@@ -33,7 +34,13 @@ pub fn laws(model: &mut SourceModel) -> impl Iterator<Item = &mut Expression> {
     });
     let forces = model.forces.iter_mut().flat_map(|force| &mut force.force);
     let air = model.air.iter_mut().flat_map(|air| [&mut air.density.value, &mut air.drag.value]);
-    joints.chain(forces).chain(air).chain(&mut model.gravity)
+    let contacts = model.contacts.iter_mut().flat_map(|contact| {
+        let laws = [&mut contact.dissipation, &mut contact.friction];
+        laws.into_iter().chain(&mut contact.stiffness).map(|law| &mut law.value)
+    });
+    let elements = model.elements.laws_mut().map(|(law, _)| &mut law.value);
+    let laws = joints.chain(forces).chain(air).chain(elements).chain(contacts);
+    laws.chain(&mut model.gravity)
 }
 
 /// A law with some of its leaves changed.
@@ -57,7 +64,7 @@ pub fn from_time(model: &mut SourceModel, begin: f64) {
     replace_time(model, &plus(Expression::Time, Expression::Number(begin)));
 }
 
-/// Only a share of damping, friction and air is left; models of hinges become the laws that they led to.
+/// Only a share of damping, friction, dissipation and air is left; models of hinges become the laws that they led to.
 pub fn damped(model: &mut SourceModel, compiled: &Compiled, share: f64) {
     let mechanism = &compiled.topology.mechanism;
     let fixed = |law: &Expression| {
@@ -76,6 +83,28 @@ pub fn damped(model: &mut SourceModel, compiled: &Compiled, share: f64) {
     }
     let air = model.air.iter_mut().map(|air| &mut air.density.value);
     air.for_each(|law| *law = times(law.clone(), share));
+    for contact in &mut model.contacts {
+        for law in [&mut contact.dissipation, &mut contact.friction] {
+            law.value = times(law.value.clone(), share);
+        }
+    }
+    for law in dampings(model) {
+        *law = times(law.clone(), share);
+    }
+    for motor in &mut model.elements.motors {
+        motor.resistance.value = times(motor.resistance.value.clone(), 1.0 / share);
+    }
+}
+
+/// The dampings of springs and tendons.
+fn dampings(model: &mut SourceModel) -> impl Iterator<Item = &mut Expression> {
+    let elements = &mut model.elements;
+    let tendons = elements.bands.iter_mut().chain(&mut elements.tendons);
+    let tendons = tendons.filter_map(|tendon| match &mut tendon.tension {
+        Tension::Given(_) => None,
+        Tension::Elastic { damping, .. } => Some(&mut damping.value),
+    });
+    tendons.chain(elements.twists.iter_mut().map(|twist| &mut twist.damping.value))
 }
 
 fn replace_time(model: &mut SourceModel, new: &Expression) {
@@ -87,7 +116,7 @@ fn replace_time(model: &mut SourceModel, new: &Expression) {
     }
 }
 
-/// Only gravity and springs are left, as they are at one time; driven joints are held.
+/// Only gravity, springs and smooth contacts without edges are left, as they are at one time; driven joints are held.
 pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
     let mechanism = &compiled.topology.mechanism;
     let frozen = |law: &Expression| {
@@ -102,6 +131,12 @@ pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
     model.tunable.clear();
     model.forces.clear();
     model.air = None;
+    for (contact, law) in model.contacts.iter_mut().zip(&mechanism.contacts) {
+        contact.stiffness = Some(spanned(frozen(&law.stiffness)));
+        contact.dissipation.value = Expression::ZERO;
+        contact.friction.value = Expression::ZERO;
+        contact.plane.within = None;
+    }
     model.gravity = mechanism.gravity.each_ref().map(frozen);
     for (joint, law) in model.joints.iter_mut().zip(&mechanism.joints) {
         joint.spring = Spring::Stiffness(spanned(frozen(&law.stiffness)));
@@ -112,6 +147,32 @@ pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
         joint.friction = None;
         joint.limits = None;
         joint.drive = law.drive.as_ref().map(|drive| spanned(frozen(drive)));
+    }
+    model.elements.tendons.retain(|it| matches!(it.tension, Tension::Elastic { .. }));
+    for motor in &mut model.elements.motors {
+        // No current flows.
+        let constant = times(motor.torque_constant.value.clone(), motor.gear.value);
+        let rate = Expression::Rate(motor.joint.value);
+        motor.voltage.value = Expression::Chain(Box::new(constant), vec![(Operator::Mul, rate)]);
+        (motor.max_voltage, motor.max_current) = (None, None);
+    }
+    dampings(model).for_each(|law| *law = Expression::ZERO);
+    let elements = &mut model.elements;
+    for Tendon { tension, .. } in elements.bands.iter_mut().chain(&mut elements.tendons) {
+        let Tension::Elastic { stiffness, rest_length, tension_only, .. } = tension else {
+            continue;
+        };
+        stiffness.value = frozen(&stiffness.value);
+        // Taut all the time: where a line becomes slack, no method has its order.
+        *rest_length = match (&rest_length, *tension_only) {
+            (Some(length), false) => Some(spanned(frozen(&length.value))),
+            (None, false) => None,
+            (_, true) => Some(spanned(Expression::ZERO)),
+        };
+    }
+    for twist in &mut elements.twists {
+        twist.stiffness.value = frozen(&twist.stiffness.value);
+        twist.rest.value = frozen(&twist.rest.value);
     }
 }
 
@@ -128,11 +189,24 @@ pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
             body.value = BodyId(ground);
         }
     }
+    for contact in &mut model.contacts {
+        let body = &mut contact.plane.body;
+        if body.as_ref().is_none_or(|body| fixed[body.value.index()]) {
+            *body = Some(spanned(BodyId(ground)));
+        }
+    }
+    let points = model.points.iter_mut().map(|point| &mut point.body);
+    let twists = model.elements.twists.iter_mut().flat_map(|twist| &mut twist.bodies);
+    for body in points.chain(twists.map(|body| &mut body.value)) {
+        if fixed[body.index()] {
+            *body = BodyId(ground);
+        }
+    }
     let earth = BodyId(model.bodies.len());
     let (name, point_masses) = (spanned("earth".to_owned()), Vec::new());
     let span = Span::default();
     let (shape, slits) = (Shape::None, Vec::new());
-    model.bodies.push(Body { name, fixed: true, shape, slits, point_masses, span });
+    model.bodies.push(Body { name, fixed: true, free: false, shape, slits, point_masses, span });
     let axis = TABLE.map(|point| point.map(|share| share * size));
     model.joints.push(Joint {
         name: spanned("turntable".to_owned()),

@@ -22,6 +22,7 @@ mod edits;
 mod path;
 mod same;
 mod subject;
+mod touch;
 mod work;
 
 use lamc_workbench::verify::{Check, Remark};

@@ -45,6 +45,19 @@ joints:
 initial: { q: { hip: 0.3, knee: -0.4 }, u: { knee: 1 } }
 points: { tip: { body: end, at: [0.09, 0.01, 0] }, mid: { body: arm, at: [0.02, 0.01, 0] } }
 forces: { pull: { point: tip, force: [0, "1e-4*sin(t)", "1e-3*t"] } }
+contacts:
+  ground:
+    plane: { point: [0, 0, 0.05], normal: [0, 0.1, 1] }
+    points: [tip, mid]
+    stiffness: "k + linux/10"
+    dissipation: "0.1 + motor"
+    friction: Double
+    slip_speed: 0.2
+  lap:
+    plane: { point: [0, 0, 0.01], normal: [0, 0, -1], body: arm }
+    bodies: [end, free]
+    stiffness: 0.05
+    friction: 0
 "#;
 
 const RECIPES: [(u64, Recipe); 5] = [
@@ -216,6 +229,12 @@ impl Case {
         }
         if d.points > 0 {
             push("points", 0, system.points(&position).unwrap().into_flattened());
+        }
+        if d.contacts > 0 {
+            let mut contacts = vec![0.0; 6 * d.contacts];
+            system.write_contacts(t, q, u, &mut contacts).unwrap();
+            assert!(contacts.chunks(6).any(|row| row[3..] != [0.0; 3]), "nothing is touched");
+            push("contacts", 0, contacts);
         }
         if d.drives > 0 {
             let mut torque = vec![0.0; n];

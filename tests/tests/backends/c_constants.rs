@@ -211,6 +211,7 @@ fn no_name_of_the_algorithms_can_be_a_name_of_a_header() {
         "_poses",
         "_points",
         "_energy",
+        "_contacts",
         "_motor_torques",
         "_H",
         "_N",
@@ -218,9 +219,10 @@ fn no_name_of_the_algorithms_can_be_a_name_of_a_header() {
         "_LOOPS",
         "_BODIES",
         "_POINTS",
+        "_CONTACTS",
         "_DRIVES",
     ];
-    let inside = ["_JOINT_", "_BODY_", "_POINT_", "_size_of_"];
+    let inside = ["_JOINT_", "_BODY_", "_POINT_", "_CONTACT_", "_size_of_"];
     let header = fs::read_to_string(algorithms_folder().join("types.h")).unwrap();
     let texts = c_files().into_iter().map(|path| code(&path)).chain([header]);
     let mut names: BTreeSet<String> = texts.flat_map(|text| identifiers(&text)).collect();

@@ -31,6 +31,18 @@ const RECIPES: [(u64, Recipe); 7] = [
 const LAW: &str = "1e-4*(atan2(q.j1, u.j2) + asin(sin(q.j1)/2) + acos(cos(q.j2)/2) + atan(u.j1) \
                    + log(2 + t) + sign(u.j1)*step(q.j2))";
 
+/// Contacts of both points, which are always behind the plane.
+const CONTACTS: &str = "
+contacts:
+  ground:
+    plane: { point: [0, 0, 1 m], normal: [0.1, -0.2, 1] }
+    points: [p0, p1]
+    stiffness: \"1e-3 + k*1e-2\"
+    dissipation: 1e-4
+    friction: 0.4
+    slip_speed: 0.1
+";
+
 /// Whether the runtime in this process fuses products. The interpreter and a module without the feature
 /// `std` never do.
 const FUSES: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
@@ -49,6 +61,7 @@ fn compiled_modules_agree_with_the_interpreter() {
             assert!(text.contains("torque: \"0\""), "no joint for the law");
             text = text.replacen("torque: \"0\"", &format!("torque: \"{LAW}\""), 1);
         }
+        text.push_str(CONTACTS);
         let compiled = compile_text(&text);
         let mut system = Interpreter::new(&compiled.program);
         let mut random = Random::new(seed);
@@ -91,8 +104,8 @@ fn compiled_modules_agree_with_the_interpreter() {
             let derived = what.starts_with("da/") || matches!(*what, "reactions" | "motor torques");
             let tolerance = if derived { 1e-9 } else { 1e-10 };
             assert!(error <= tolerance, "seed {seed}: {what} off by {error:e}");
-            // Only the energies come from a function of the program without the runtime's algorithms.
-            if !FUSES || *what == "energy" {
+            // Only energies and contacts come from functions of the program without the runtime's algorithms.
+            if !FUSES || matches!(*what, "energy" | "contacts") {
                 let bits =
                     |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(found), bits(expected), "seed {seed}: bits of {what}");
@@ -120,6 +133,9 @@ where
     numbers.extend(slopes.dq.as_flattened());
     numbers.extend(slopes.du.as_flattened());
     numbers.extend(slopes.dt);
+    let mut contacts = vec![0.0; 6 * model.dimensions().contacts];
+    model.write_contacts(t, q, u, &mut contacts).unwrap();
+    numbers.extend(contacts);
     let words: Vec<String> = numbers.iter().map(|x| format!(\"{x:?}\")).collect();
     println!(\"{}\", words.join(\" \"));
 }
@@ -144,6 +160,9 @@ fn answers(system: &Interpreter, State { t, q, u }: &State<Vec<f64>, f64>) -> An
     let (mut dq, mut du) = (vec![0.0; n * n], vec![0.0; n * n]);
     let out = JacobianMut { acceleration: &mut rates, dq: &mut dq, du: &mut du, dt: &mut dt };
     jacobian(system, *t, q, u, &mut workspace, out).unwrap();
+    let mut contacts = vec![0.0; 6 * d.contacts];
+    system.write_contacts(*t, q, u, &mut contacts).unwrap();
+    assert!(contacts.chunks(6).all(|row| row[3..] != [0.0; 3]), "{contacts:?}");
     // The drive's second derivative is what it does, but for a direction next to the cut in rank.
     let s = 0.2 * -9.0 * f64::sin(3.0 * t) + 0.6 * t;
     let scale = keep_largest(1.0, largest(&a));
@@ -156,6 +175,7 @@ fn answers(system: &Interpreter, State { t, q, u }: &State<Vec<f64>, f64>) -> An
         ("da/dq", dq),
         ("da/du", du),
         ("da/dt", dt),
+        ("contacts", contacts),
     ]
 }
 

@@ -32,6 +32,8 @@ where
     let at = Balance { t, q, u, acceleration: &rates, multipliers: &lambda[..d.rows] };
     let mut reactions = vec![0.0; 6 * n];
     system.write_reactions(at, &mut reactions).unwrap();
+    let mut contacts = vec![0.0; 6 * d.contacts];
+    system.write_contacts(t, q, u, &mut contacts).unwrap();
     let (parameters, inputs) = (vec![0.3; d.parameters], vec![0.7; d.inputs]);
     let change = Change { t: 0.5, q: u, u: q, parameters: &parameters, inputs: &inputs };
     let (mut forces, mut closure) = (vec![0.0; n], vec![0.0; d.rows]);
@@ -43,7 +45,7 @@ where
     });
     let energies = vec![energy.kinetic, energy.potential];
     let last = [residual, slopes, poses, points, reactions, forces, closure, drives, energies];
-    [rates, lambda].into_iter().chain(last).flatten().collect()
+    [rates, lambda, contacts].into_iter().chain(last).flatten().collect()
 }
 
 /// A configuration that closes as the initial one does, in motion.
@@ -98,6 +100,8 @@ joints:
   j1: { bodies: [a, b], axis: [[0.2, 0], [0.2, 1]], drive: '0.3*sin(2*pi*t)*sqrt(1 + t) + abs(t)' }
 points: { tip: { body: b, at: [0.4, 0, 0] } }
 forces: { pull: { point: tip, force: [0, t, 'cos(t)*k'] } }
+contacts:
+  ground: { plane: { point: [0, 0, 0.1], normal: [0, 1, 2] }, points: [tip], stiffness: k, friction: 0.3 }
 ";
     check("formulas", &compile_text(text).program);
 }

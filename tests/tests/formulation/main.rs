@@ -2,8 +2,11 @@
 //! against independent formulations.
 
 mod constrained;
+mod contact_edges;
+mod contacts;
 mod cuts;
 mod derivatives;
+mod elements;
 mod energy;
 mod examples;
 mod family;

@@ -67,6 +67,9 @@ struct StateReport {
     /// frame.
     reactions: Vec<Vec<f64>>,
     momentum: MomentumReport,
+    /// By contact point, position (m) and force on the body (N), in the base frame.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    contacts: BTreeMap<String, Vec<f64>>,
     /// Of driven joints, N m.
     motor_torques: BTreeMap<String, f64>,
 }
@@ -181,6 +184,10 @@ fn evaluate(
     let at = Balance { t: state.t, q: &q, u: &u, acceleration: &acceleration, multipliers };
     let message = |error| describe(&error, system.interface());
     system.write_reactions(at, &mut reactions).map_err(message)?;
+    let mut contacts = vec![0.0; 6 * d.contacts];
+    system.write_contacts(state.t, &q, &u, &mut contacts).map_err(message)?;
+    let named = system.interface().contacts.iter().cloned();
+    let contacts = named.zip(contacts.chunks(6).map(<[f64]>::to_vec)).collect();
     let mut motor_torques = BTreeMap::new();
     for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {
         motor_torques.insert(system.interface().joints[joint.index()].name.clone(), torque);
@@ -204,6 +211,7 @@ fn evaluate(
         q,
         u,
         reactions: reactions.chunks(6).map(<[f64]>::to_vec).collect(),
+        contacts,
         motor_torques,
         acceleration,
         constraint_rank: constraint.rank,

@@ -16,7 +16,8 @@ fn functions() -> impl Strategy<Value = Function> {
     let choice =
         (0..20_u8, any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2.0..2.0_f64);
     prop::collection::vec(choice, 1..3500).prop_map(|choices| {
-        let mut ops: Vec<Op> = (0..LOADS).map(|j| Op::Load(Slot::Position(CoordinateId(j)))).collect();
+        let mut ops: Vec<Op> =
+            (0..LOADS).map(|j| Op::Load(Slot::Position(CoordinateId(j)))).collect();
         for (kind, x, y, number) in choices {
             let (x, y) = (Value(x.index(ops.len())), Value(y.index(ops.len())));
             ops.push(match kind {

@@ -48,14 +48,17 @@ fn motion(angles: &[f64]) -> Motion {
         energy: Energy { kinetic: 0.0, potential: 0.0 },
         closure: 0.0,
         points: Vec::new(),
+        contacts: Vec::new(),
         poses: vec![turned(0.0), turned(*q)],
     };
     Motion {
         course: Course::Time,
         name: "book".into(),
+        free: Vec::new(),
         joints: vec!["crease".into()],
         bodies: vec!["left".into(), "right".into()],
         points: Vec::new(),
+        contacts: Vec::new(),
         size: 0.05,
         samples: angles.iter().enumerate().map(sample).collect(),
         complete: true,

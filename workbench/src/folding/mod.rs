@@ -207,6 +207,7 @@ impl Fold {
                 closure: sample.open * mechanism.size,
                 points: mechanism.points.iter().map(at).collect(),
                 poses,
+                contacts: Vec::new(),
             }
         };
         Motion {
@@ -216,6 +217,7 @@ impl Fold {
             joints: mechanism.joints.iter().map(|joint| joint.name.clone()).collect(),
             bodies: mechanism.bodies.iter().map(|body| body.name.clone()).collect(),
             points: mechanism.points.iter().map(|point| point.name.clone()).collect(),
+            contacts: Vec::new(),
             size: mechanism.size,
             samples: path.samples.iter().map(sample).collect(),
             complete: path.end == End::Reached,

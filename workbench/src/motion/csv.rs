@@ -8,11 +8,12 @@ use lamc_runtime::Energy;
 use super::Motion;
 
 impl Motion {
-    /// Time, coordinates, speeds, accelerations, energies, closure and points. Numbers are written so
+    /// Time, coordinates, speeds, accelerations, energies, closure, points and contacts. Numbers are written so
     /// that they read back as they are.
     pub fn to_csv(&self) -> String {
         let mut text = "t [s]".to_owned();
-        let speeds = |linear, angular| SPEED_NAMES.into_iter().zip([[linear; 3], [angular; 3]].concat());
+        let speeds =
+            |linear, angular| SPEED_NAMES.into_iter().zip([[linear; 3], [angular; 3]].concat());
         let q = COORDINATE_NAMES.into_iter().zip(["m", "m", "m", "-", "-", "-", "-"]);
         let columns: [(&str, &str, Vec<_>); 3] = [
             ("q", "rad", q.collect()),
@@ -23,7 +24,9 @@ impl Motion {
             for joint in &self.joints {
                 let _ = write!(text, ",{symbol}.{joint} [{unit}]");
             }
-            for (body, (part, unit)) in self.free.iter().flat_map(|b| parts.iter().map(move |p| (b, p))) {
+            for (body, (part, unit)) in
+                self.free.iter().flat_map(|b| parts.iter().map(move |p| (b, p)))
+            {
                 let _ = write!(text, ",{symbol}.{body}.{part} [{unit}]");
             }
         }
@@ -33,13 +36,22 @@ impl Motion {
                 let _ = write!(text, ",{point}.{axis} [m]");
             }
         }
+        for contact in &self.contacts {
+            for axis in ["x", "y", "z"] {
+                let _ = write!(text, ",{contact}.{axis} [m]");
+            }
+            for axis in ["x", "y", "z"] {
+                let _ = write!(text, ",{contact}.f{axis} [N]");
+            }
+        }
         text.push('\n');
         for sample in &self.samples {
             let Energy { kinetic, potential } = sample.energy;
             let joints = sample.q.iter().chain(&sample.u).chain(&sample.acceleration);
             let whole = [kinetic, potential, sample.closure];
             let _ = write!(text, "{:?}", sample.t);
-            for number in joints.chain(&whole).chain(sample.points.as_flattened()) {
+            let places = sample.points.as_flattened().iter().chain(sample.contacts.as_flattened());
+            for number in joints.chain(&whole).chain(places) {
                 let _ = write!(text, ",{number:?}");
             }
             text.push('\n');

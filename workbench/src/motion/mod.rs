@@ -30,6 +30,8 @@ pub struct Motion {
     pub bodies: Vec<String>,
     /// Points, in the order of [`Sample::points`].
     pub points: Vec<String>,
+    /// Contact points, in the order of [`Sample::contacts`].
+    pub contacts: Vec<String>,
     /// Diagonal of the flat bounding box, m.
     pub size: f64,
     /// By ascending time.
@@ -94,6 +96,8 @@ pub struct Sample {
     pub points: Vec<[f64; 3]>,
     /// The poses of all bodies, including the fixed ones.
     pub poses: Vec<Pose>,
+    /// Position, m, of each contact point, and the force on its body, N, in the base frame.
+    pub contacts: Vec<[f64; 6]>,
 }
 
 /// The pose of a body: the point drawn at x lies at R x + p in the base frame.
@@ -115,6 +119,7 @@ impl Motion {
             free: interface.free.iter().map(|body| body.name.clone()).collect(),
             bodies: interface.bodies.iter().map(|body| body.name.clone()).collect(),
             points: interface.points.clone(),
+            contacts: interface.contacts.clone(),
             size: interface.size,
             samples: Vec::new(),
             complete: true,
@@ -136,6 +141,8 @@ impl Motion {
         acceleration_in_motion(system, t, &q, &u, workspace.as_mut(), &mut rates)?;
         let mut residual = vec![0.0; 9 * d.loops];
         system.write_closure(&q, &mut residual, &mut vec![0.0; 9 * d.loops * d.speeds])?;
+        let mut contacts = vec![[0.0; 6]; d.contacts];
+        system.write_contacts(t, &q, &u, contacts.as_flattened_mut())?;
         self.samples.push(Sample {
             t,
             acceleration: rates,
@@ -143,6 +150,7 @@ impl Motion {
             closure: largest(&residual),
             points: system.points(&q)?.as_ref().to_vec(),
             poses: system.poses(&q)?.as_ref().iter().map(pose).collect(),
+            contacts,
             q,
             u,
         });

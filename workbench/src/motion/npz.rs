@@ -21,6 +21,7 @@ impl Motion {
     /// positions T x P x 3                 of the points, m
     /// rotations T x B x 3 x 3             R of the bodies: x drawn lies at R x + p
     /// translations T x B x 3              p, m
+    /// contacts K, forces T x K x 6        position, m, and force, N, of contact points, if there are any
     /// complete                            whether the motion was simulated to its end
     /// ```
     ///
@@ -28,8 +29,7 @@ impl Motion {
     /// Those of the archive, for example if it is too large.
     pub fn to_npz(&self) -> io::Result<Vec<u8>> {
         let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-        let (samples, points, bodies) =
-            (self.samples.len(), self.points.len(), self.bodies.len());
+        let (samples, points, bodies) = (self.samples.len(), self.points.len(), self.bodies.len());
         let joints = self.joints.len();
         let coordinates = joints + COORDINATES * self.free.len();
         let speeds = joints + SPEEDS * self.free.len();
@@ -53,6 +53,11 @@ impl Motion {
         archive.numbers("rotations", &[samples, bodies, 3, 3], rotations.copied())?;
         let translations = poses().flat_map(|pose| pose.translation);
         archive.numbers("translations", &[samples, bodies, 3], translations)?;
+        if !self.contacts.is_empty() {
+            archive.names("contacts", &self.contacts)?;
+            let forces = self.samples.iter().flat_map(|sample| sample.contacts.as_flattened());
+            archive.numbers("forces", &[samples, self.contacts.len(), 6], forces.copied())?;
+        }
         archive.array("complete", &[], bool::default_dtype(), std::iter::once(self.complete))?;
         Ok(archive.0.finish()?.into_inner())
     }

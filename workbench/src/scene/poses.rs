@@ -87,14 +87,17 @@ mod tests {
             energy: Energy { kinetic: 0.0, potential: 0.0 },
             closure: 0.0,
             points: Vec::new(),
+            contacts: Vec::new(),
             poses: vec![pose(t)],
         };
         let motion = Motion {
             name: String::new(),
             course: Course::Time,
+            free: Vec::new(),
             joints: Vec::new(),
             bodies: vec!["body".to_owned()],
             points: Vec::new(),
+            contacts: Vec::new(),
             size: 1.0,
             samples: [0.5, 0.6, 0.9].map(sample).to_vec(),
             complete: true,

@@ -69,7 +69,10 @@ pub fn motions(mechanism: &Mechanism, values: &Values) -> Vec<Motion> {
             let velocity = at_hinge + omega.cross(&(new_com - hinge));
             placed[new] = Some(Motion { rotation, position, omega, velocity });
         }
-        debug_assert!(placed.iter().flatten().count() > before, "all bodies hang on the ground or a free body");
+        debug_assert!(
+            placed.iter().flatten().count() > before,
+            "all bodies hang on the ground or a free body"
+        );
     }
     placed.into_iter().flatten().collect()
 }

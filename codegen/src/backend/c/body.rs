@@ -140,13 +140,14 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
 }
 
 /// The functions that the algorithms of a C module call.
-const KINDS: [FunctionKind; 8] = [
+const KINDS: [FunctionKind; 9] = [
     FunctionKind::Equations,
     FunctionKind::Closure,
     FunctionKind::Poses,
     FunctionKind::Points,
     FunctionKind::Energy,
     FunctionKind::Drives,
+    FunctionKind::Contacts,
     FunctionKind::Acceleration,
     FunctionKind::Projection,
 ];

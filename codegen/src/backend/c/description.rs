@@ -80,6 +80,7 @@ pub fn of(program: &Program, real: Real) -> Context {
     let bodies: Vec<&String> = interface.bodies.iter().map(|body| &body.name).collect();
     context.insert("bodies", &bodies);
     context.insert("points", &interface.points);
+    context.insert("contacts", &interface.contacts);
     context.insert("codes", &STATUS);
     context.insert("pieces", &STEP_PIECES);
     context.insert("attempts", &(2 * STEP_PIECES - 1));
@@ -88,6 +89,7 @@ pub fn of(program: &Program, real: Real) -> Context {
         ("Joints, in the order of q and u.", "JOINT", joint_names),
         ("Bodies, in the order of the poses.", "BODY", bodies),
         ("Points, in their order.", "POINT", interface.points.iter().collect()),
+        ("Contact points, in their order.", "CONTACT", interface.contacts.iter().collect()),
     ]
     .into_iter()
     .filter(|(_, _, names)| !names.is_empty())
@@ -112,8 +114,8 @@ pub fn of(program: &Program, real: Real) -> Context {
     context
 }
 
-/// Returns the names in upper case. Names that differ only in case are numbered.
+/// Returns the names in upper case, with underscores for dots. Names that differ only in case are numbered.
 fn upper(names: &[&String]) -> Vec<String> {
     let mut given = Names::default();
-    names.iter().map(|name| given.give(name).to_ascii_uppercase()).collect()
+    names.iter().map(|name| given.give(&name.replace('.', "_")).to_ascii_uppercase()).collect()
 }

@@ -8,12 +8,13 @@ use crate::backend::text::wrap;
 use crate::program::{Argument, Array, FunctionKind, Interface, Program, Shape, Size};
 
 /// The functions of the program that the C interface offers directly.
-pub const OFFERED: [FunctionKind; 5] = [
+pub const OFFERED: [FunctionKind; 6] = [
     FunctionKind::Equations,
     FunctionKind::Closure,
     FunctionKind::Poses,
     FunctionKind::Points,
     FunctionKind::Energy,
+    FunctionKind::Contacts,
 ];
 
 /// A function that the C interface offers directly.

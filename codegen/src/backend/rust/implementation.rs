@@ -28,8 +28,7 @@ pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> To
     });
     let unlimited = [f64::NEG_INFINITY, f64::INFINITY].map(|limit| constant(choice, limit));
     let free = &interface.free;
-    let positions =
-        table(&|joint| joint.initial_q, free.iter().flat_map(|body| body.q).collect());
+    let positions = table(&|joint| joint.initial_q, free.iter().flat_map(|body| body.q).collect());
     let speeds = table(&|joint| joint.initial_u, free.iter().flat_map(|body| body.u).collect());
     let pinned = interface.joints.iter().map(|joint| joint.initial_given);
     let size = constant(choice, interface.size);
@@ -146,26 +145,28 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
 
 fn dimensions(program: &Program) -> TokenStream {
     let interface = &program.interface;
-    let [nq, nu, joints, rows, rank, loops, bodies, points, drives, parameters, inputs] = [
-        interface.coordinates(),
-        interface.speeds(),
-        interface.joints.len(),
-        interface.rows,
-        interface.rank,
-        interface.loops.len(),
-        interface.bodies.len(),
-        interface.points.len(),
-        interface.driven().len(),
-        interface.parameters.len(),
-        interface.inputs.len(),
-    ]
-    .map(number);
+    let [nq, nu, joints, rows, rank, loops, bodies, points, contacts, drives, parameters, inputs] =
+        [
+            interface.coordinates(),
+            interface.speeds(),
+            interface.joints.len(),
+            interface.rows,
+            interface.rank,
+            interface.loops.len(),
+            interface.bodies.len(),
+            interface.points.len(),
+            interface.contacts.len(),
+            interface.driven().len(),
+            interface.parameters.len(),
+            interface.inputs.len(),
+        ]
+        .map(number);
     quote! {
         const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions =
             ::lamc_runtime::plumbing::Dimensions {
                 coordinates: #nq, speeds: #nu, joints: #joints, rows: #rows, rank: #rank, loops: #loops,
-                bodies: #bodies, points: #points, drives: #drives, parameters: #parameters,
-                inputs: #inputs,
+                bodies: #bodies, points: #points, contacts: #contacts, drives: #drives,
+                parameters: #parameters, inputs: #inputs,
             };
     }
 }
@@ -201,14 +202,26 @@ fn functions(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
-/// Returns the trait methods that read a state with its accelerations and closure forces, if the
-/// program has functions for them.
+/// Returns the trait methods that write forces: those of contacts, and those that read accelerations and
+/// closure forces, if the program has functions for them.
 fn balances(program: &Program, scalar: &TokenStream) -> TokenStream {
     let [reactions, tangent] = [FunctionKind::Reactions, FunctionKind::Tangent].map(method);
     let balance = quote! {
         at.t, exactly(at.q)?, exactly(at.u)?, exactly(at.acceleration)?, exactly(at.multipliers)?
     };
     let mut functions = TokenStream::new();
+    if has(program, FunctionKind::Contacts) && !program.interface.contacts.is_empty() {
+        let contacts = method(FunctionKind::Contacts);
+        functions.extend(quote! {
+            fn write_contacts(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
+            ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                self.#contacts(t, exactly(q)?, exactly(u)?, exactly_mut(out)?);
+                Ok(())
+            }
+        });
+    }
     if has(program, FunctionKind::Reactions) {
         functions.extend(quote! {
             fn write_reactions(

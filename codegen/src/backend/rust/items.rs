@@ -139,6 +139,14 @@ fn sizes(program: &Program) -> TokenStream {
             pub const FREE_BODIES: [&str; #count] = [#(#free_names),*];
         }
     });
+    let contacts = (!interface.contacts.is_empty()).then(|| {
+        let (names, count) = (&interface.contacts, number(interface.contacts.len()));
+        quote! {
+            /// Contact points: the contact, then the point or the body and its corner.
+            #unused
+            pub const CONTACTS: [&str; #count] = [#(#names),*];
+        }
+    });
     quote! {
         #[doc = #coordinates]
         #unused
@@ -162,6 +170,7 @@ fn sizes(program: &Program) -> TokenStream {
         /// Output points.
         #unused
         pub const POINTS: [&str; #points] = [#(#point_names),*];
+        #contacts
     }
 }
 

@@ -219,6 +219,7 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
             }
         });
     }
+    methods.extend(contacts(program, syntax));
     if r > 0 {
         let (residuals, entries, closure) =
             (number(r), number(r * speeds), method(FunctionKind::Closure));
@@ -233,4 +234,25 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
         });
     }
     methods
+}
+
+/// Returns the method that evaluates contacts, if there are any.
+fn contacts(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let (joints, count) = (program.interface.joints.len(), program.interface.contacts.len());
+    if !has(program, FunctionKind::Contacts) || count == 0 {
+        return TokenStream::new();
+    }
+    let contacts = method(FunctionKind::Contacts);
+    let (n, length, count) = (number(joints), number(6 * count), number(count));
+    quote! {
+        /// Per contact point its position, m, and the force on its body, N, in the base frame.
+        pub fn contacts(
+            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+        ) -> [[#scalar; 6]; #count] {
+            let contacts = &mut [#zero; #length];
+            self.#contacts(t, q, u, contacts);
+            ::lamc_runtime::plumbing::matrix(contacts)
+        }
+    }
 }

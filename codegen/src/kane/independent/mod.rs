@@ -77,7 +77,8 @@ impl IndependentSpeeds {
         let inertia = Inertia::new(binder, kinematics, shared, &elimination);
         let mut correct = |wanted: &[Expr], name: &str| {
             let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
-            let reduced = inertia.momentum(binder, kinematics, &given, name);
+            let reduced =
+                inertia.momentum(binder, kinematics, &elimination.null_space, &given, name);
             let y = inertia.solve(binder, reduced, &format!("along_{name}"));
             elimination.combined(binder, &given, &y, &format!("correction_{name}"), -1.0)
         };
@@ -107,7 +108,8 @@ fn imbalance(
     for link in kinematics.links() {
         for (speed, along) in along_speeds(kinematics, link.node, &beyond[link.node.index()]) {
             let name = format!("imbalance_{}", binder.speed_name(speed));
-            let value = &along + loads.torque(link.node);
+            let rotor = &link.rotor * &given.accelerations()[speed];
+            let value = &(&along + loads.torque(link.node)) - &rotor;
             imbalance[speed] = binder.bind(Section::body(link.node, phase), name, value);
         }
     }

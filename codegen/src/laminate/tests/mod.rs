@@ -93,6 +93,8 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         initial_bodies: vec![],
         points: Vec::new(),
         forces: Vec::new(),
+        elements: Default::default(),
+        contacts: Vec::new(),
         hinge_models: Vec::new(),
         air: None,
     }

@@ -28,7 +28,8 @@ pub fn formula() -> Section {
 pub fn functions() -> impl Strategy<Value = Function> {
     let choice = (0..9_u8, any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2..=2_i8);
     prop::collection::vec(choice, 1..60).prop_map(|choices| {
-        let mut ops: Vec<Op> = (0..LOADS).map(|j| Op::Load(Slot::Position(CoordinateId(j)))).collect();
+        let mut ops: Vec<Op> =
+            (0..LOADS).map(|j| Op::Load(Slot::Position(CoordinateId(j)))).collect();
         for (kind, x, y, number) in choices {
             let (x, y) = (Value(x.index(ops.len())), Value(y.index(ops.len())));
             ops.push(match kind {

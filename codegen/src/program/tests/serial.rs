@@ -6,8 +6,9 @@ use sha2::{Digest, Sha256};
 
 use crate::pipeline;
 use crate::program::{
-    BodyInfo, FORMAT_VERSION, Fact, FreeBodyInfo, FunctionKind, Interface, Interpreter, JointInfo, Moving, Op,
-    ParameterInfo, Phase, Program, Quantity, ReadError, Section, Slot, Subject, Value, VerifyError,
+    BodyInfo, FORMAT_VERSION, Fact, FreeBodyInfo, FunctionKind, Interface, Interpreter, JointInfo,
+    Moving, Op, ParameterInfo, Phase, Program, Quantity, ReadError, Section, Slot, Subject, Value,
+    VerifyError,
 };
 use crate::sealed::{Format, Unreadable};
 use crate::source::{CoordinateId, InputId, ParameterId, SourceFile, SpeedId};
@@ -92,6 +93,7 @@ fn each() -> impl Serialize {
         bodies: vec![BodyInfo { name: text("body"), fixed: true }],
         nodes: vec![text("node")],
         points: vec![text("point")],
+        contacts: vec![text("contact")],
         parameters: vec![ParameterInfo { name: text("k"), value: 2.0, doc: text("doc") }],
         inputs: vec![text("input")],
         rows: 3,
@@ -112,7 +114,7 @@ fn each() -> impl Serialize {
 fn the_version_is_raised_with_the_types() {
     let bytes = FORMAT.write(&each(), &[]);
     let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!((FORMAT_VERSION, &hash[..16]), (1, "2b399e81c91a8294"));
+    assert_eq!((FORMAT_VERSION, &hash[..16]), (2, "8a372017c2881e44"));
 }
 
 #[test]

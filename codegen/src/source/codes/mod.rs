@@ -79,7 +79,9 @@ macro_rules! codes {
     (@reason $reason:literal) => { Some($reason) };
 }
 
+mod contacts;
 mod drawing;
+mod elements;
 mod keys;
 mod mechanism;
 mod names;
@@ -91,7 +93,9 @@ mod tables;
 mod text;
 mod values;
 
+pub use contacts::*;
 pub use drawing::*;
+pub use elements::*;
 pub use keys::*;
 pub use mechanism::*;
 pub use names::*;
@@ -111,6 +115,8 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Numbers and formulas", values::ALL),
     ("The drawing", drawing::ALL),
     ("Masses, springs and angles", physics::ALL),
+    ("Springs, tendons and motors", elements::ALL),
+    ("Contacts", contacts::ALL),
     ("The mechanism", mechanism::ALL),
     ("Patterns", pattern::ALL),
     ("Files of popupCAD", popupcad::ALL),

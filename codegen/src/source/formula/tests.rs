@@ -65,6 +65,7 @@ fn model() -> SourceModel {
         gravity: [Expression::ZERO, Expression::ZERO, Expression::ZERO],
         materials: vec![],
         layup: vec![],
+        contacts: vec![],
         bodies: vec![],
         joints: vec![Joint {
             name: named("knee"),
@@ -91,6 +92,7 @@ fn model() -> SourceModel {
         initial_bodies: vec![],
         points: vec![],
         forces: vec![],
+        elements: Default::default(),
         hinge_models: vec![],
         air: None,
     }

@@ -227,7 +227,6 @@ impl Lowering<'_> {
         }
     }
 
-    /// Reads an optional truth value that is false if it is left out.
     fn layers_of_drawing(&mut self, pattern: &Fields) -> Option<Vec<(Role, String)>> {
         let Some(entry) = pattern.entry("layers") else { return Some(Vec::new()) };
         let (at, found) = (entry.key.span, &mut self.diagnostics);

@@ -180,8 +180,8 @@ impl Lowering<'_> {
         let (at, found) = (entry.key.span, &mut self.diagnostics);
         let owner = format!("the state of body `{}`", shorten(&entry.key.value));
         let fields = Fields::new(&entry.value, at, owner, &schema::FREE_BODY, found)?;
-        let [position, velocity, angular_velocity] =
-            ["position", "velocity", "angular_velocity"].map(|key| match fields.get(key) {
+        let [position, velocity, angular_velocity] = ["position", "velocity", "angular_velocity"]
+            .map(|key| match fields.get(key) {
                 Some(node) => self.numbers(node, fields.expected(key)),
                 None => Some([0.0; 3]),
             });
@@ -196,7 +196,8 @@ impl Lowering<'_> {
 
     /// Reads an orientation as a unit quaternion.
     fn orientation(&mut self, fields: &Fields) -> Option<[f64; 4]> {
-        if let (Some(quaternion), Some(turn)) = (fields.entry("orientation"), fields.entry("turn")) {
+        if let (Some(quaternion), Some(turn)) = (fields.entry("orientation"), fields.entry("turn"))
+        {
             let message = "the orientation is given twice";
             let error = Diagnostic::error(codes::TWO_ORIENTATIONS, turn.key.span, message);
             self.note(
@@ -214,7 +215,8 @@ impl Lowering<'_> {
         let given: [f64; 4] = self.numbers(node, fields.expected("orientation"))?;
         let unit = free::unit(given);
         if unit.is_none() {
-            let error = Diagnostic::error(codes::NO_ORIENTATION, node.span, "the quaternion is zero");
+            let error =
+                Diagnostic::error(codes::NO_ORIENTATION, node.span, "the quaternion is zero");
             self.note(error.hint("`[1, 0, 0, 0]` is the orientation of the drawing"));
         }
         unit

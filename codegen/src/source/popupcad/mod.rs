@@ -77,6 +77,8 @@ pub(super) fn empty(name: String) -> SourceModel {
         initial_bodies: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
+        elements: Default::default(),
+        contacts: Vec::new(),
         hinge_models: Vec::new(),
         air: None,
         tolerance: 0.0,

@@ -91,6 +91,8 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
         inputs: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
+        elements: Default::default(),
+        contacts: Vec::new(),
         initial_given: Vec::new(),
         size: (high - low).norm(),
     }
@@ -108,8 +110,9 @@ pub fn codes(warnings: &Diagnostics) -> Vec<&'static str> {
 fn poses(topology: &Topology, q: &[f64]) -> Vec<Isometry3<f64>> {
     let mut poses: Vec<Isometry3<f64>> = Vec::new();
     for node in topology.all_nodes() {
-        let joint = &topology.mechanism.joints[node.joint.index()];
-        let turn = joint.direction * (node.sense * q[node.joint.index()]);
+        let id = node.joint().unwrap();
+        let joint = &topology.mechanism.joints[id.index()];
+        let turn = joint.direction * (node.sense * q[id.index()]);
         let about = Translation3::from(joint.point)
             * UnitQuaternion::from_scaled_axis(turn)
             * Translation3::from(-joint.point);

@@ -17,7 +17,8 @@ fn joints(topology: &Topology, index: usize) -> Vec<usize> {
 }
 
 fn assert_consistent(topology: &Topology) {
-    let mut joints: Vec<_> = topology.nodes.iter().filter_map(|node| Some(node.joint()?.index())).collect();
+    let mut joints: Vec<_> =
+        topology.nodes.iter().filter_map(|node| Some(node.joint()?.index())).collect();
     joints.sort();
     assert_eq!(joints, (0..topology.mechanism.joints.len()).collect::<Vec<_>>());
     for (index, node) in topology.nodes.iter().enumerate() {
@@ -47,7 +48,8 @@ fn assert_consistent(topology: &Topology) {
 fn chain_in_either_sense() {
     let topology = topology(&row(&[[1, 2], [1, 0], [3, 2]]));
     assert_consistent(&topology);
-    let nodes: Vec<_> = topology.nodes.iter().map(|n| (n.joint.index(), n.sense)).collect();
+    let nodes: Vec<_> =
+        topology.nodes.iter().filter_map(|n| Some((n.joint()?.index(), n.sense))).collect();
     assert_eq!(nodes, [(1, -1.0), (0, 1.0), (2, -1.0)]);
     assert_eq!((topology.rank, topology.mobility), (0, 3));
     assert_eq!(topology.assembled, None);
@@ -60,7 +62,8 @@ fn loop_is_cut_where_it_closes() {
     for closing in [[3, 2], [2, 3]] {
         let topology = topology(&row(&[[0, 1], [1, 2], closing, [0, 3]]));
         assert_consistent(&topology);
-        let order: Vec<_> = topology.nodes.iter().filter_map(|node| Some(node.joint()?.index())).collect();
+        let order: Vec<_> =
+            topology.nodes.iter().filter_map(|node| Some(node.joint()?.index())).collect();
         assert_eq!(order, [0, 3, 1, 2]);
         let ghost = &topology.nodes[3];
         assert_eq!((ghost.body.index(), ghost.parent, ghost.share), (2, Some(NodeId(1)), 0.5));
