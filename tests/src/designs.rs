@@ -231,6 +231,7 @@ impl Reference {
             inputs: Vec::new(),
             points: Vec::new(),
             forces: Vec::new(),
+            elements: Default::default(),
             contacts: Vec::new(),
             initial_q: vec![0.0; self.joints.len()],
             initial_given: Vec::new(),

@@ -60,8 +60,16 @@ pattern:
   joints: { crease_48_m50: { friction: { torque: 1e-4, speed: 2 } } }
   layers: { cut: OUTLINE }
 initial: { q: { knee: 20 } }
-points: { tip: { body: arm, at: [40, 10, 0.5] } }
+points:
+  tip: { body: arm, at: [40, 10, 0.5] }
+  guide: { body: hand, at: [50, 10, 0] }
+  hook: { body: base, at: [-10, 10, 0] }
 forces: { pull: { point: tip, force: [0, 0, 0.01] } }
+springs:
+  rubber: { from: tip, to: hook, stiffness: 20, damping: 0.01, rest_length: 10, tension_only: true }
+  torsion: { bodies: [base, hand], axis: [[0, 0], [0, 20]], stiffness: 2e-3 }
+tendons: { flexor: { through: [hook, guide, tip], stiffness: 200, damping: 0.01 } }
+motors: { wheel: { joint: wrist, torque_constant: 5e-3, resistance: 8, gear: 50, voltage: 3, max_current: 1 } }
 contacts: { ground: { plane: { point: [0, 0, -20], normal: [0, 0, 1], body: hand }, stiffness: 2000, friction: 0.6 } }
 air: { density: 1.2, drag: 1.2 }
 hinge_models:
@@ -127,12 +135,14 @@ const OF_THE_SCHEMA: &[&str] = &[
     "bad-name",
     "driven-torque",
     "empty-layup",
+    "few-points",
     "missing-key",
     "mixed-shape",
     "no-value",
     "not-a-number",
     "too-many-layers",
     "two-springs",
+    "two-tensions",
     "unknown-coefficients",
     "unknown-key",
     "unknown-tunable",
@@ -147,6 +157,7 @@ const IN_PART: &[(&str, &[&str])] = &[
     ("bad-unit", &["bad_unit", "several_errors"]),
     ("negative-damping", &["negative_damping", "impossible_physics"]),
     ("negative-drag", &["negative_laws"]),
+    ("negative-element", &["negative_element", "negative_elements"]),
     ("not-positive", &["negative_laws", "impossible_physics"]),
     ("reserved-name", &["reserved_names", "several_errors"]),
     ("short-outline", &["outlines", "several_errors"]),
@@ -375,6 +386,10 @@ fn pointer(mapping: &Mapping) -> &'static str {
         "initial" => "/initial",
         "point" => "/points/tip",
         "force" => "/forces/pull",
+        "band" => "/springs/rubber",
+        "twist" => "/springs/torsion",
+        "tendon" => "/tendons/flexor",
+        "motor" => "/motors/wheel",
         "contact" => "/contacts/ground",
         "plane" => "/contacts/ground/plane",
         "air" => "/air",

@@ -11,6 +11,8 @@
 //! du/dt = y / D - W . (alpha, a) of the parent's motion
 //! ```
 //!
+//! The rotor of a motor adds its inertia to D (2008, 9.6), so that the first entry of W is less than 1.
+//!
 //! W of a hinge is carried to the parent separately, so that no sweep has to wait for the y or the
 //! du/dt of one joint before it continues with the next.
 //!
@@ -52,12 +54,14 @@ struct ArticulatedInertia {
 
 /// The result of eliminating a node's hinge.
 struct EliminatedHinge {
-    /// W: row x of (I, H) divided by D, without the first entry, which is 1.
+    /// W: row x of (I, H) divided by D, with its first entry reduced by 1.
     pivot_row: Wrench,
     /// W about the parent's origin, in the parent's frame.
     in_parent: Wrench,
     /// 1 / D.
     inverse_pivot: Expr,
+    /// Share of the motor's rotor in D: 1 - I_xx / D.
+    rotor_share: Expr,
 }
 
 impl ArticulatedBodies {
@@ -191,15 +195,17 @@ fn eliminated(
     for link in kinematics.links().iter().rev() {
         let node = link.node;
         let body = bodies[node.index()].clone().bound(binder, node, "articulated");
-        let [pivot, y, z, ..] = body.inertia.clone();
+        let [own, y, z, ..] = body.inertia.clone();
+        let pivot = &own + &link.rotor;
         let inverse_pivot = binder.scalar(node, phase, "inverse_pivot", pivot.power(-1));
-        let pivot_row = Wrench {
-            force: scale(&inverse_pivot, &body.coupling[0]),
-            moment: scale(&inverse_pivot, &[Expr::zero(), y, z]),
-        };
+        let rotor_share = &link.rotor * &inverse_pivot;
+        let rotor_share = binder.scalar(node, phase, "rotor_share", rotor_share);
+        let mut moment = scale(&inverse_pivot, &[Expr::zero(), y, z]);
+        moment[0] = -&rotor_share;
+        let pivot_row = Wrench { force: scale(&inverse_pivot, &body.coupling[0]), moment };
         let pivot_row = binder.wrench(node, phase, "pivot_row", pivot_row);
         let in_parent = link.carry_wrench(binder, phase, "pivot_row", &pivot_row);
-        let hinge = EliminatedHinge { pivot_row, in_parent, inverse_pivot };
+        let hinge = EliminatedHinge { pivot_row, in_parent, inverse_pivot, rotor_share };
         if let Some(parent) = link.parent {
             let carried = carried(binder, link, &body, &hinge);
             bodies[parent.index()] = bodies[parent.index()].plus(&carried);
@@ -217,12 +223,18 @@ fn carried(
     body: &ArticulatedInertia,
     hinge: &EliminatedHinge,
 ) -> ArticulatedInertia {
-    let ArticulatedInertia { inertia: [_, xy, xz, yy, yz, zz], coupling, mass } = body;
-    let none = Expr::zero;
+    let ArticulatedInertia { inertia: [xx, xy, xz, yy, yz, zz], coupling, mass } = body;
     let Wrench { force: w, moment: [_, wy, wz] } = &hinge.pivot_row;
     let row = &coupling[0];
-    let inertia = [none(), none(), none(), yy - &(xy * wy), yz - &(xy * wz), zz - &(xz * wz)];
-    let coupling = [zero(), sub(&coupling[1], &scale(xy, w)), sub(&coupling[2], &scale(xz, w))];
+    // Only a rotor that resists the turn lets a part of row x through.
+    let left = |x: &Expr| &hinge.rotor_share * x;
+    let [yy, yz, zz] = [yy - &(xy * wy), yz - &(xy * wz), zz - &(xz * wz)];
+    let inertia = [left(xx), left(xy), left(xz), yy, yz, zz];
+    let coupling = [
+        scale(&hinge.rotor_share, row),
+        sub(&coupling[1], &scale(xy, w)),
+        sub(&coupling[2], &scale(xz, w)),
+    ];
     let pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
     let mut terms = pairs.map(|(i, k)| &row[i] * &w[k]).into_iter();
     let mass = mass.clone().map(|m| &m - &terms.next().unwrap_or_else(Expr::zero));

@@ -1,4 +1,4 @@
-//! Phase 6, energies: kinetic energy, and the potential energy of gravity, springs and contacts.
+//! Phase 6, energies: kinetic energy, and the potential energy of gravity, springs, elastic tendons and contacts.
 
 use super::binder::Binder;
 use super::inertia::Inertias;
@@ -27,12 +27,13 @@ impl Energy {
         let kinetic = kinetic(binder, kinematics, inertias);
         let gravity = gravity(binder, kinematics, inertias, loads);
         let springs = springs(binder, kinematics, loads);
-        let stored = &springs + loads.contacts().stored();
+        let stored = &(&springs + loads.stored()) + loads.contacts().stored();
         Self { kinetic, potential: &gravity + &stored }
     }
 }
 
-/// Derives the kinetic energy: the sum over nodes of m v.v / 2 + v.(w x h) + w.I w / 2.
+/// Derives the kinetic energy: the sum over nodes of m v.v / 2 + v.(w x h) + w.I w / 2, and over the
+/// rotors of motors of inertia u^2 / 2.
 fn kinetic(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Expr {
     let half = binder.constant(0.5);
     let mut total = Expr::zero();
@@ -44,6 +45,10 @@ fn kinetic(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) ->
         let angular = &half * &dot(w, &apply(&body.rotational(), w));
         let energy = &(&linear + &mixed) + &angular;
         total = &total + &binder.scalar(node, Phase::KineticEnergy, "kinetic_energy", energy);
+    }
+    for link in kinematics.links().iter().filter(|link| !link.rotor.is_zero()) {
+        let energy = &(&half * &link.rotor) * &(&link.speed * &link.speed);
+        total = &total + &binder.scalar(link.node, Phase::KineticEnergy, "rotor_energy", energy);
     }
     total
 }

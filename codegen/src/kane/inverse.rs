@@ -98,7 +98,8 @@ impl InverseDynamics {
             let along = along_hinge(kinematics, link.node, &sum);
             let name = format!("imbalance_{}", binder.joint_name(link.node));
             let section = Section::body(link.node, Phase::InverseDynamics);
-            let value = &along + loads.torque(link.node);
+            let rotor = &link.rotor * given.acceleration(link.joint);
+            let value = &(&along + loads.torque(link.node)) - &rotor;
             imbalance[joint] = binder.bind(section, name, value);
             let sum = transmitted[index].plus(&closing[index]);
             for (k, component) in reaction(binder, link, &sum).into_iter().enumerate() {

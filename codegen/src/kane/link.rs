@@ -28,6 +28,9 @@ const HINGE: Quantity = Quantity::new(
     "cosine and sine of the angle about z from its parent's x axis to its hinge line",
 );
 
+const ROTOR: Quantity =
+    Quantity::new("rotor_inertia", "inertia of its motor's rotor about its joint, kg m^2");
+
 /// A node, or a copy in a loop, with its hinge.
 pub struct Link {
     pub node: NodeId,
@@ -40,6 +43,8 @@ pub struct Link {
     pub offset: Vector,
     /// u of the joint, rad/s.
     pub speed: Expr,
+    /// What the rotor of a motor adds to the inertia of the joint's coordinate, kg m^2.
+    pub rotor: Expr,
     /// Turn about z, from the parent's x axis to the hinge line.
     pub hinge_turn: Turn,
     /// Turn about x, by q.
@@ -50,9 +55,14 @@ pub struct Link {
 pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
     let topology = binder.topology();
     let mut turns: Vec<Option<Turn>> = vec![None; topology.nodes.len()];
+    let mut rotors = vec![Expr::zero(); topology.nodes.len()];
     for node in binder.nodes() {
         let joint = topology.node(node).joint;
         turns[joint.index()] = Some(joint_turn(binder, node));
+        let inertia = topology.mechanism.rotor_inertia(joint);
+        if inertia > 0.0 {
+            rotors[joint.index()] = binder.fact(node, ROTOR, inertia);
+        }
     }
     let size = topology.mechanism.size;
     let mut links = Vec::with_capacity(turns.len());
@@ -72,6 +82,7 @@ pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
             frame: frame.clone(),
             offset,
             speed: binder.speed(joint),
+            rotor: rotors[joint.index()].clone(),
             hinge_turn: Turn { cos, sin },
             joint_turn,
         });

@@ -1,4 +1,4 @@
-//! Phase 3, loads: gravity, applied forces, air drag, contacts and joint torques, and the bias force of every
+//! Phase 3, loads: gravity, applied forces, force elements, air drag, contacts and joint torques, and the bias force of every
 //! body, which is the sum of these forces and of its inertia force at du/dt = 0.
 
 use crate::program::{Phase, Quantity, Section};
@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::binder::Binder;
 use super::contact::Contacts;
+use super::elements::{Elements, motor_torque};
 use super::facts::AXES;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
@@ -32,6 +33,8 @@ pub struct Loads {
     springs: Vec<Spring>,
     /// Joint torques, by node.
     torques: Vec<Expr>,
+    /// Potential energy of springs between points and bodies, J.
+    stored: Expr,
 }
 
 /// The spring of a joint. Its torque is -k bend - k3 bend^3.
@@ -64,13 +67,16 @@ impl Loads {
     pub fn new(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Self {
         let gravity = &binder.mechanism().gravity;
         let gravity = vector(binder, gravity, "gravity");
+        let elements = Elements::new(binder, kinematics);
         let contacts = Contacts::new(binder, kinematics);
-        let applied = applied(binder, kinematics, &contacts);
+        let applied = applied(binder, kinematics, &elements, &contacts);
         let links = kinematics.links();
         let springs: Vec<Spring> = links.iter().map(|link| spring(binder, link)).collect();
         let pairs = links.iter().zip(&springs);
         let torques = pairs.map(|(link, spring)| joint_torque(binder, link, spring)).collect();
-        let mut loads = Self { gravity, applied, contacts, bias: Vec::new(), springs, torques };
+        let stored = elements.energy;
+        let bias = Vec::new();
+        let mut loads = Self { gravity, applied, contacts, bias, springs, torques, stored };
         let names = WrenchNames {
             gravity_phase: Phase::ApparentGravity,
             phase: Phase::BiasForce,
@@ -99,6 +105,11 @@ impl Loads {
     /// Returns the spring of a node's joint.
     pub fn spring(&self, node: NodeId) -> &Spring {
         &self.springs[node.index()]
+    }
+
+    /// Returns the potential energy of springs between points and bodies, J.
+    pub fn stored(&self) -> &Expr {
+        &self.stored
     }
 
     /// Returns tau: the torque of a node's joint on the node about the hinge, along u, N m.
@@ -174,8 +185,13 @@ fn inertial_wrench(inertia: &SpatialInertia, motion: &Motion, gravity: &Vector) 
     }
 }
 
-/// Returns, by node, the wrenches of forces at points, of the air and of contacts. Ghosts carry none.
-fn applied(binder: &mut Binder, kinematics: &Kinematics, contacts: &Contacts) -> Vec<Wrench> {
+/// Returns, by node, the wrenches of forces at points, of force elements, of the air and of contacts. Ghosts carry none.
+fn applied(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    elements: &Elements,
+    contacts: &Contacts,
+) -> Vec<Wrench> {
     let mechanism = binder.mechanism();
     let pressure = mechanism.air.as_ref().map(|air| {
         let density = binder.formula(&air.density, "air_density", None);
@@ -194,7 +210,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics, contacts: &Contacts) ->
     let topology = binder.topology();
     let mut wrenches = Vec::with_capacity(kinematics.links().len());
     for (link, node) in kinematics.links().iter().zip(&topology.nodes) {
-        let mut sum = Wrench::zero();
+        let mut sum = elements.wrenches[link.node.index()].clone();
         if node.ghost.is_none() {
             if let Some(pressure) = &pressure {
                 let body = &mechanism.bodies[node.body.index()];
@@ -257,6 +273,7 @@ fn joint_torque(binder: &mut Binder, link: &Link, spring: &Spring) -> Expr {
     let u = &link.speed;
     let linear = &(&torque - &(stiffness * bend)) - &(&damping * u);
     let stiffened = &linear - &(cubic * &bend.power(3));
+    let stiffened = &stiffened + &motor_torque(binder, link);
     match &hinge.friction {
         None => stiffened,
         Some(friction) => {

@@ -8,7 +8,8 @@
 //! f_s = dw_s x h + m dv_s        n_s = I dw_s + h x dv_s        M_rs = dw_r . n_s + dv_r . f_s
 //! ```
 //!
-//! where (f_s, n_s) is carried to every ancestor r (Walker & Orin 1982). The cost of one entry does not
+//! where the rotor of a joint's motor adds its inertia to M_ss (R. Featherstone, "Rigid Body Dynamics Algorithms", 2008,
+//! 9.6), and where (f_s, n_s) is carried to every ancestor r (Walker & Orin 1982). The cost of one entry does not
 //! depend on the number of bodies beyond it, so the total cost grows as N^2.
 
 use super::binder::Binder;
@@ -116,6 +117,7 @@ impl MassMatrix {
 
     /// Binds an entry, and stores it in both symmetric places.
     fn set(&mut self, binder: &mut Binder, row: &Link, column: &Link, entry: Expr) {
+        let entry = if row.node == column.node { &entry + &row.rotor } else { entry };
         let [r, c] = [row, column].map(|link| binder.joint_name(link.node));
         let section = Section::body(column.node, Phase::MassMatrix);
         let entry = binder.bind(section, format!("mass_{r}_{c}"), entry);

@@ -16,6 +16,7 @@
 //! | spatial inertia | minimal inertial parameters | `inertia` |
 //! | kinematics | placements, w, v, alpha, a, partial velocities | `kinematics`, of `frame`, `link`, `placement`, `motion` |
 //! | loads | gravity, forces, air, joint torques, bias forces | `loads` |
+//! | force elements | springs between points and bodies, tendons, motors | `elements` |
 //! | contacts | forces between points and planes | `contact`, of `touch` |
 //! | generalized forces | f | `forces` |
 //! | mass matrix | composite inertia, M | `mass` |
@@ -35,6 +36,7 @@ mod binder;
 mod closure;
 mod contact;
 mod derive;
+mod elements;
 mod energy;
 mod equations;
 mod facts;

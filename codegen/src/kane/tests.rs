@@ -107,6 +107,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         inputs: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
+        elements: Default::default(),
         contacts: Vec::new(),
         initial_q: vec![0.0; n],
         initial_given: Vec::new(),

@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+use super::elements::Tension;
 use super::mechanism::Mechanism;
 use crate::source::Expression;
 
@@ -63,8 +64,14 @@ pub fn kinks(
     let forces = mechanism.forces.iter().flat_map(|force| {
         force.force.iter().map(move |law| (format!("the force `{}`", force.name), law))
     });
+    let tensions = mechanism.elements.tendons.iter().filter_map(|tendon| match &tendon.tension {
+        Tension::Given(law) => Some((format!("the tension of `{}`", tendon.name), law)),
+        Tension::Elastic { .. } => None,
+    });
+    let motors = mechanism.elements.motors.iter();
+    let voltages = motors.map(|motor| (format!("the voltage of `{}`", motor.name), &motor.voltage));
     let mut found: Vec<Kink> = Vec::new();
-    for (name, law) in torques.chain(forces) {
+    for (name, law) in torques.chain(forces).chain(tensions).chain(voltages) {
         if law.constant().is_some() {
             continue;
         }

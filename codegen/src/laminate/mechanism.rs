@@ -5,6 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::elements::Elements;
 use crate::source::{BodyId, Expression, JointId, ParameterId, PointId, Span};
 
 /// Rigid bodies and the hinges between them.
@@ -26,6 +27,8 @@ pub struct Mechanism {
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
+    /// Springs, tendons and motors.
+    pub elements: Elements,
     /// Contacts of points with planes.
     pub contacts: Vec<Contact>,
     /// Guess of the initial q, one per joint, rad.

@@ -4,6 +4,7 @@
 mod air;
 mod check;
 mod contact;
+mod elements;
 pub mod flexure;
 mod fold;
 mod hinge;
@@ -20,6 +21,7 @@ mod tunable;
 mod verdicts;
 
 pub use contact::SINKING;
+pub use elements::{Elements, Motor, Tendon, Tension, Twist};
 pub(crate) use hinge::direction;
 pub use kinks::{Kink, kinks};
 pub use linear::{Excursion, excursions};
@@ -43,6 +45,7 @@ const LARGEST: f64 = 1e9;
 pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanism, Diagnostics> {
     let mut found = Diagnostics::default();
     check::materials(model, &mut found);
+    elements::check_motors(model, &mut found);
     let bodies = model.bodies.iter().map(|body| plate::body(model, body, &mut found)).collect();
     let joints = model.joints.iter().map(|joint| hinge::hinge(model, joint, &mut found)).collect();
     let mut mechanism = Mechanism {
@@ -54,6 +57,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         inputs: model.inputs.iter().map(|input| input.value.clone()).collect(),
         points: points(model),
         forces: forces(model),
+        elements: elements::elements(model),
         contacts: Vec::new(),
         initial_q: fold::initial_angles(model, &mut found),
         cuts: model.cuts.clone(),
@@ -86,18 +90,23 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
     let judged = verdicts(&mechanism, &defaults).into_iter();
     found.extend(judged.map(|verdict| verdict.diagnostic(model)));
 
-    // A body's `outline` is copied to every layer, so its mistakes are reported once.
+    let reported = once(found);
+    if reported.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
+        return Err(Diagnostics(reported));
+    }
+    warnings.0.extend(reported);
+    Ok(mechanism)
+}
+
+/// Returns each diagnostic once: a body's `outline` is copied to every layer, and so are its mistakes.
+fn once(found: Diagnostics) -> Vec<Diagnostic> {
     let mut reported: Vec<Diagnostic> = Vec::new();
     for diagnostic in found.0 {
         if !reported.contains(&diagnostic) {
             reported.push(diagnostic);
         }
     }
-    if reported.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
-        return Err(Diagnostics(reported));
-    }
-    warnings.0.extend(reported);
-    Ok(mechanism)
+    reported
 }
 
 fn per_joint(model: &SourceModel, given: &[(crate::source::JointId, f64)]) -> Vec<f64> {

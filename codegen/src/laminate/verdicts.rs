@@ -5,8 +5,10 @@
 
 use std::fmt;
 
+use super::elements::{Elements, Tension};
 use super::mechanism::{Contact, Joint, Mechanism};
 use crate::source::codes::{self, Code};
+use crate::source::elements as given;
 use crate::source::{
     BodyId, ContactId, Diagnostic, Expression, JointId, Severity, SourceModel, Span, Spring,
 };
@@ -39,6 +41,12 @@ enum Law {
     ContactFriction(ContactId),
     AirDensity,
     Drag,
+    /// Part of a spring between points or of a tendon: 0 its stiffness or given tension, 1 damping, 2 rest length.
+    Tendon(usize, usize),
+    /// Part of a torsion spring: 0 stiffness, 1 damping, 2 rest angle.
+    Twist(usize, usize),
+    /// Part of a motor: 0 torque constant, 1 resistance, 2 and 3 limits of voltage and current.
+    Motor(usize, usize),
 }
 
 impl fmt::Display for Verdict {
@@ -87,8 +95,31 @@ impl Law {
             Self::ContactFriction(id) => model.contacts[id.index()].friction.span,
             Self::AirDensity => model.air.as_ref().map_or(whole, |air| air.density.span),
             Self::Drag => model.air.as_ref().map_or(whole, |air| air.drag.span),
+            Self::Tendon(index, part) => of_tendon(model, index, part).unwrap_or(whole),
+            Self::Twist(index, part) => {
+                let twist = &model.elements.twists[index];
+                [&twist.stiffness, &twist.damping, &twist.rest][part].span
+            }
+            Self::Motor(index, part) => {
+                let motor = &model.elements.motors[index];
+                let limits = [&motor.max_voltage, &motor.max_current];
+                let limits = limits.map(|limit| limit.as_ref().unwrap_or(&motor.voltage));
+                [&motor.torque_constant, &motor.resistance, limits[0], limits[1]][part].span
+            }
         }
     }
+}
+
+/// Returns where a part of a tendon is in the file.
+fn of_tendon(model: &SourceModel, index: usize, part: usize) -> Option<Span> {
+    let tendon = model.elements.bands.iter().chain(&model.elements.tendons).nth(index)?;
+    Some(match &tendon.tension {
+        given::Tension::Given(tension) => tension.span,
+        given::Tension::Elastic { stiffness, damping, rest_length, .. } => {
+            let rest_length = rest_length.as_ref().map_or(tendon.name.span, |length| length.span);
+            [stiffness.span, damping.span, rest_length][part]
+        }
+    })
 }
 
 /// Returns all impossible or unusual values for these values of the parameters (SI, in their
@@ -121,6 +152,7 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
             });
         }
     }
+    judge.elements(&mechanism.elements);
     judge.found
 }
 
@@ -211,6 +243,54 @@ impl Judge<'_> {
             self.refuse(law, place, codes::NEGATIVE_CONTACT, is_negative, || {
                 (what(key) + " is negative or not finite: it would add energy", None)
             });
+        }
+    }
+
+    /// Checks springs, tendons and motors.
+    fn elements(&mut self, elements: &Elements) {
+        const NEGATIVE: (Code, fn(f64) -> bool, &str) =
+            (codes::NEGATIVE_ELEMENT, is_negative, "is negative or not finite");
+        const NOT_POSITIVE: (Code, fn(f64) -> bool, &str) =
+            (codes::NOT_POSITIVE, |value| !(value > 0.0 && value.is_finite()), "is not positive");
+        const NOT_FINITE: (Code, fn(f64) -> bool, &str) =
+            (codes::NOT_FINITE, |value| !value.is_finite(), "is not finite");
+        let mut refuse =
+            |what, law, name: &str, place, (code, is_wrong, why): (_, fn(f64) -> bool, _)| {
+                let say = || (format!("the {what} of `{name}` {why}"), None);
+                self.refuse(law, place, code, is_wrong, say);
+            };
+        for (index, tendon) in elements.tendons.iter().enumerate() {
+            let laws = match &tendon.tension {
+                Tension::Given(tension) => vec![("tension", tension)],
+                Tension::Elastic { stiffness, damping, rest_length, .. } => {
+                    vec![
+                        ("stiffness", stiffness),
+                        ("damping", damping),
+                        ("rest length", rest_length),
+                    ]
+                }
+            };
+            for (part, (what, law)) in laws.into_iter().enumerate() {
+                refuse(what, law, &tendon.name, Law::Tendon(index, part), NEGATIVE);
+            }
+        }
+        for (index, twist) in elements.twists.iter().enumerate() {
+            let name = &twist.name;
+            refuse("stiffness", &twist.stiffness, name, Law::Twist(index, 0), NEGATIVE);
+            refuse("damping", &twist.damping, name, Law::Twist(index, 1), NEGATIVE);
+            refuse("rest angle", &twist.rest, name, Law::Twist(index, 2), NOT_FINITE);
+        }
+        for (index, motor) in elements.motors.iter().enumerate() {
+            let laws = [
+                ("torque constant", Some(&motor.torque_constant)),
+                ("resistance", Some(&motor.resistance)),
+                ("largest voltage", motor.max_voltage.as_ref()),
+                ("largest current", motor.max_current.as_ref()),
+            ];
+            for (part, (what, law)) in laws.into_iter().enumerate() {
+                let Some(law) = law else { continue };
+                refuse(what, law, &motor.name, Law::Motor(index, part), NOT_POSITIVE);
+            }
         }
     }
 

@@ -115,6 +115,12 @@ phases! {
     PartialVelocity, "partial velocities", "dw/du, dv/du";
     ApparentGravity, "apparent gravity", "g - a = R^T ((g - a)_parent - E_parent r)";
     AppliedForce, "applied force", "f = A^T F, n = p_F x f";
+    TendonLength, "length of a tendon", "l = sum |d_k|, d_k = P_(k+1) - P_k, e_k = d_k / |d_k|";
+    TendonForce, "force of a tendon", "T = k (l - l0) + b dl/dt, f_k = T A^T (e_k - e_(k-1))";
+    TwistAngle, "twist",
+        "angle = atan2(z1.n2 - n1.z2, n1.n2 + z1.z2), g = (d1 + d2) / (1 + d1.d2)";
+    TwistTorque, "torque of a torsion spring", "n = -(k (angle - rest) + b d(angle)/dt) A^T g";
+    MotorTorque, "motor", "i = (V - c N u) / R, torque = N c i";
     AirDrag, "air drag", "f = -(density drag area / 2) |v_n| v_n e_n";
     Contact, "contact", "f = k d max(0, 1 + c d'), along n; -mu f v_t / sqrt(v_t^2 + s^2)";
     BiasForce, "bias force", "f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied";

@@ -61,6 +61,7 @@ impl SourceModel {
         let entry = &mut self.joints[joint.index()];
         entry.drive = Some(Spanned { value: Expression::Number(angle), span: entry.span });
         entry.torque.value = Expression::ZERO;
+        self.elements.motors.retain(|motor| motor.joint.value != joint);
         Ok(())
     }
 
@@ -160,6 +161,7 @@ impl SourceModel {
             laws.into_iter().chain(&mut contact.stiffness)
         });
         let laws = air.chain(contacts).map(|expression| &mut expression.value);
-        self.gravity.iter_mut().chain(joints).chain(forces).chain(laws)
+        let elements = self.elements.laws_mut().map(|(law, _)| &mut law.value);
+        self.gravity.iter_mut().chain(joints).chain(forces).chain(laws).chain(elements)
     }
 }

@@ -14,6 +14,7 @@ mod argument;
 pub mod codes;
 pub mod diagnostic;
 mod edit;
+pub mod elements;
 pub mod expression;
 pub mod fields;
 mod file;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::argument::AngleUnit;
 use super::diagnostic::{SourceFile, Span, Spanned};
+use super::elements::Elements;
 use super::expression::Expression;
 use super::ids::{BodyId, InputId, JointId, PointId};
 use super::polynomial::Polynomial;
@@ -49,6 +50,8 @@ pub struct SourceModel {
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
+    /// Springs, tendons and motors.
+    pub elements: Elements,
     /// Contacts of points with planes.
     pub contacts: Vec<Contact>,
     /// Joints at which loops are cut. For other loops a breadth-first search chooses the joint.

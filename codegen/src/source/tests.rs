@@ -96,6 +96,17 @@ contacts:
             points: corners, stiffness: 2 N/mm, dissipation: "0.3 + t", friction: 0, slip_speed: 2 mm/s }
   probe: { plane: { point: [0, 0, -9], normal: [0, 0, 1], body: wall }, points: [tip], friction: 0.1 }
 forces: { pull: { point: tip, force: [0, 5 mN, "0.01*t - b*u.j2"] } }
+springs:
+  band: { from: tip, to: mark, stiffness: 2 N/mm, damping: "b*2", rest_length: 12, tension_only: yes }
+  twist: { bodies: [base, hub], axis: [[0,0],[0,20]], stiffness: 2e-3, damping: 1e-6, rest: 15 }
+  push: { from: mark, to: tip, stiffness: 20 }
+tendons:
+  given: { through: [mark, tip, mark], tension: "motor + 0.1*q.j0" }
+  elastic: { through: [tip, mark], stiffness: 200, damping: 0.01, rest_length: reach }
+motors:
+  hip: { joint: j0, torque_constant: 5 mN*m/A, resistance: 8 ohm, gear: 50, inertia: 10 g*mm^2,
+         voltage: "6*motor", max_voltage: 6 V, max_current: 500 mA }
+  plain: { joint: j1, torque_constant: b, resistance: 8, gear: 1, voltage: 3 }
 "#;
 
 #[test]
@@ -160,7 +171,41 @@ fn every_key_is_read() {
     assert_eq!((model.points[0].body, model.points[0].at), (BodyId(3), [0.04, 0.01, 0.5e-3]));
     assert_eq!(model.forces[0].point, PointId(0));
     assert_eq!(model.forces[0].force[1], Expression::Number(5e-3));
+    elements_are_read(&model);
     assert_round_trip(&model);
+}
+
+fn elements_are_read(model: &SourceModel) {
+    use super::elements::Tension;
+    let number = |value: f64| Expression::Number(value);
+    let elements = &model.elements;
+    let [band, push] = elements.bands.as_slice() else { panic!() };
+    let points: Vec<_> = band.through.iter().map(|point| point.value).collect();
+    assert_eq!(points, [PointId(0), PointId(1)]);
+    let Tension::Elastic { stiffness, rest_length, tension_only, .. } = &band.tension else {
+        panic!()
+    };
+    assert_eq!((&stiffness.value, tension_only), (&number(2e3), &true));
+    assert_eq!(rest_length.as_ref().map(|length| &length.value), Some(&number(0.012)));
+    let Tension::Elastic { rest_length: None, tension_only: false, damping, .. } = &push.tension
+    else {
+        panic!()
+    };
+    assert_eq!(damping.value, Expression::ZERO);
+    let [twist] = elements.twists.as_slice() else { panic!() };
+    assert_eq!(twist.bodies.each_ref().map(|body| body.value), [BodyId(0), BodyId(4)]);
+    assert_eq!(
+        (twist.axis.value[1], &twist.rest.value),
+        ([0.0, 0.02], &number(15f64.to_radians()))
+    );
+    let [given, elastic] = elements.tendons.as_slice() else { panic!() };
+    assert!(given.through.len() == 3 && matches!(given.tension, Tension::Given(_)));
+    assert!(matches!(&elastic.tension, Tension::Elastic { tension_only: true, .. }));
+    let [hip, plain] = elements.motors.as_slice() else { panic!() };
+    assert_eq!((hip.joint.value, hip.gear.value, hip.inertia.value), (JointId(0), 50.0, 1e-8));
+    assert_eq!(hip.torque_constant.value, number(5e-3));
+    assert_eq!(hip.max_current.as_ref().map(|limit| &limit.value), Some(&number(0.5)));
+    assert!(plain.inertia.value == 0.0 && plain.max_voltage.is_none());
 }
 
 #[test]

@@ -11,17 +11,22 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-/// Dimension of a quantity: exponents of kilogram, metre, second and radian.
+/// Dimension of a quantity: exponents of kilogram, metre, second, radian and ampere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dimension {
     mass: i32,
     length: i32,
     time: i32,
     angle: i32,
+    current: i32,
 }
 
 const fn dimension(mass: i32, length: i32, time: i32, angle: i32) -> Dimension {
-    Dimension { mass, length, time, angle }
+    Dimension { mass, length, time, angle, current: 0 }
+}
+
+const fn electric(mass: i32, length: i32, time: i32, current: i32) -> Dimension {
+    Dimension { current, ..dimension(mass, length, time, 0) }
 }
 
 impl Dimension {
@@ -50,8 +55,9 @@ impl Dimension {
         factors.join("*")
     }
 
-    fn powers(self) -> [(i32, &'static str); 4] {
-        [(self.mass, "kg"), (self.length, "m"), (self.time, "s"), (self.angle, "rad")]
+    fn powers(self) -> [(i32, &'static str); 5] {
+        let Self { mass, length, time, angle, current } = self;
+        [(mass, "kg"), (length, "m"), (time, "s"), (angle, "rad"), (current, "A")]
     }
 
     /// Returns examples of units of this dimension.
@@ -68,6 +74,7 @@ impl Dimension {
             length: self.length + power * other.length,
             time: self.time + power * other.time,
             angle: self.angle + power * other.angle,
+            current: self.current + power * other.current,
         }
     }
 }
@@ -99,11 +106,11 @@ pub struct Quantity {
 }
 
 macro_rules! quantities {
-    ($($id:ident = $name:literal, $powers:tt, $examples:literal;)*) => {
+    ($($id:ident = $name:literal, $of:ident $powers:tt, $examples:literal;)*) => {
         $(
             #[doc = $name]
             pub const $id: Quantity =
-                Quantity { name: $name, dimension: dimension $powers, examples: $examples };
+                Quantity { name: $name, dimension: $of $powers, examples: $examples };
         )*
         /// All quantities of the model.
         pub const QUANTITIES: &[Quantity] = &[$($id),*];
@@ -111,29 +118,34 @@ macro_rules! quantities {
 }
 
 quantities! {
-    LENGTH = "a length", (0, 1, 0, 0), "`m`, `mm`, `um` or `in`";
-    ANGLE = "an angle", (0, 0, 0, 1), "`rad` or `deg`";
-    ANGULAR_SPEED = "an angular speed", (0, 0, -1, 1), "`rad/s` or `deg/s`";
-    MASS = "a mass", (1, 0, 0, 0), "`kg`, `g` or `mg`";
-    INERTIA = "a moment of inertia", (1, 2, 0, 0), "`kg*m^2` or `g*mm^2`";
-    DENSITY = "a density", (1, -3, 0, 0), "`kg/m^3` or `g/cm^3`";
-    PRESSURE = "a pressure or stress", (1, -1, -2, 0), "`Pa`, `MPa` or `GPa`";
-    STIFFNESS = "a rotational stiffness", (1, 2, -2, -1), "`N*m/rad` or `mN*m/deg`";
-    CUBIC_STIFFNESS = "a cubic rotational stiffness", (1, 2, -2, -3), "`N*m/rad^3`";
-    LINE_STIFFNESS = "a rotational stiffness per length", (1, 1, -2, -1), "`N/rad` or `mN*m/rad/mm`";
-    LINE_DAMPING = "a rotational damping per length", (1, 1, -1, -1), "`N*s/rad`";
-    DAMPING = "a rotational damping", (1, 2, -1, -1), "`N*m*s/rad`";
-    TORQUE = "a torque", (1, 2, -2, 0), "`N*m` or `mN*m`";
-    FORCE = "a force", (1, 1, -2, 0), "`N` or `mN`";
-    LINEAR_STIFFNESS = "a stiffness", (1, 0, -2, 0), "`N/m` or `N/mm`";
-    SLOWNESS = "an inverse speed", (0, -1, 1, 0), "`s/m`";
-    ACCELERATION = "an acceleration", (0, 1, -2, 0), "`m/s^2`";
-    TIME = "a time", (0, 0, 1, 0), "`s` or `ms`";
-    FREQUENCY = "a frequency", (0, 0, -1, 0), "`Hz`";
-    SPEED = "a speed", (0, 1, -1, 0), "`m/s`";
-    AREA = "an area", (0, 2, 0, 0), "`m^2` or `cm^2`";
-    NUMBER = "a number", (0, 0, 0, 0), "no unit";
-    SHARE = "a share", (0, 0, 0, 0), "`%`";
+    LENGTH = "a length", dimension(0, 1, 0, 0), "`m`, `mm`, `um` or `in`";
+    ANGLE = "an angle", dimension(0, 0, 0, 1), "`rad` or `deg`";
+    ANGULAR_SPEED = "an angular speed", dimension(0, 0, -1, 1), "`rad/s` or `deg/s`";
+    MASS = "a mass", dimension(1, 0, 0, 0), "`kg`, `g` or `mg`";
+    INERTIA = "a moment of inertia", dimension(1, 2, 0, 0), "`kg*m^2` or `g*mm^2`";
+    DENSITY = "a density", dimension(1, -3, 0, 0), "`kg/m^3` or `g/cm^3`";
+    PRESSURE = "a pressure or stress", dimension(1, -1, -2, 0), "`Pa`, `MPa` or `GPa`";
+    STIFFNESS = "a rotational stiffness", dimension(1, 2, -2, -1), "`N*m/rad` or `mN*m/deg`";
+    CUBIC_STIFFNESS = "a cubic rotational stiffness", dimension(1, 2, -2, -3), "`N*m/rad^3`";
+    LINE_STIFFNESS = "a rotational stiffness per length", dimension(1, 1, -2, -1), "`N/rad` or `mN*m/rad/mm`";
+    LINE_DAMPING = "a rotational damping per length", dimension(1, 1, -1, -1), "`N*s/rad`";
+    DAMPING = "a rotational damping", dimension(1, 2, -1, -1), "`N*m*s/rad`";
+    TORQUE = "a torque", dimension(1, 2, -2, 0), "`N*m` or `mN*m`";
+    FORCE = "a force", dimension(1, 1, -2, 0), "`N` or `mN`";
+    ACCELERATION = "an acceleration", dimension(0, 1, -2, 0), "`m/s^2`";
+    TIME = "a time", dimension(0, 0, 1, 0), "`s` or `ms`";
+    FREQUENCY = "a frequency", dimension(0, 0, -1, 0), "`Hz`";
+    SPEED = "a speed", dimension(0, 1, -1, 0), "`m/s`";
+    AREA = "an area", dimension(0, 2, 0, 0), "`m^2` or `cm^2`";
+    LINEAR_STIFFNESS = "a stiffness", dimension(1, 0, -2, 0), "`N/m` or `N/mm`";
+    LINEAR_DAMPING = "a damping", dimension(1, 0, -1, 0), "`N*s/m`";
+    SLOWNESS = "an inverse speed", dimension(0, -1, 1, 0), "`s/m`";
+    VOLTAGE = "a voltage", electric(1, 2, -3, -1), "`V` or `mV`";
+    CURRENT = "a current", electric(0, 0, 0, 1), "`A` or `mA`";
+    RESISTANCE = "a resistance", electric(1, 2, -3, -2), "`ohm`";
+    TORQUE_CONSTANT = "a torque constant", electric(1, 2, -2, -1), "`N*m/A` or `mN*m/A`";
+    NUMBER = "a number", dimension(0, 0, 0, 0), "no unit";
+    SHARE = "a share", dimension(0, 0, 0, 0), "`%`";
 }
 
 /// A unit as a factor to SI: `mantissa * 10^exponent`.
@@ -191,6 +203,11 @@ const UNITS: &[(&str, Unit)] = &[
     ("J", unit(1.0, 0, TORQUE.dimension)),
     ("mJ", unit(1.0, -3, TORQUE.dimension)),
     ("W", unit(1.0, 0, dimension(1, 2, -3, 0))),
+    ("V", unit(1.0, 0, VOLTAGE.dimension)),
+    ("mV", unit(1.0, -3, VOLTAGE.dimension)),
+    ("A", unit(1.0, 0, CURRENT.dimension)),
+    ("mA", unit(1.0, -3, CURRENT.dimension)),
+    ("ohm", unit(1.0, 0, RESISTANCE.dimension)),
     ("%", unit(1.0, -2, NUMBER.dimension)),
 ];
 

@@ -85,6 +85,7 @@ impl SourceModel {
         if let Some(air) = &self.air {
             laws.extend([(&air.density.value, DENSITY), (&air.drag.value, NUMBER)]);
         }
+        laws.extend(self.elements.laws().map(|(law, quantity)| (&law.value, quantity)));
         laws.into_iter().map(|(law, quantity)| (law, quantity.dimension)).collect()
     }
 }

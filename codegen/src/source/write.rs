@@ -14,6 +14,8 @@ use super::model::{
 use super::polynomial::Term;
 use super::schema::OUTLINE;
 
+mod elements;
+
 /// Longest line of vertices.
 const WIDTH: usize = 100;
 
@@ -50,6 +52,7 @@ pub fn to_yaml(model: &SourceModel) -> String {
         let name = &force.name.value;
         line(out, 1, &format!("{name}: {{ point: {point}, force: {components} }}"));
     });
+    elements::write(&mut out, model);
     section(&mut out, "contacts", &model.contacts, |out, item| contact(out, item, model));
     out
 }

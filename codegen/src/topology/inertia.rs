@@ -80,7 +80,7 @@ fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
         .nodes
         .iter()
         .map(|node| {
-            let about = moment(properties(node), joint(node));
+            let about = moment(properties(node), joint(node)) + mechanism.rotor_inertia(node.joint);
             about <= rounding(properties(node), mechanism.size)
         })
         .collect();
@@ -99,7 +99,7 @@ fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
     for (index, node) in tree.nodes.iter().enumerate().rev() {
         let turn = turning(joint(node), &poses[index]);
         let momentum = articulated[index] * turn;
-        let pivot = momentum.dot(&turn);
+        let pivot = momentum.dot(&turn) + mechanism.rotor_inertia(node.joint);
         let rigid = (composite[index] * turn).dot(&turn);
         let held = pivot > rounding(properties(node), mechanism.size).max(SINGULAR * rigid);
         if bare[index] && !held {

@@ -95,6 +95,8 @@ fn rotated(size: f64) -> impl FnOnce(&mut SourceModel) -> Other {
         }
         let lines = model.joints.iter_mut().flat_map(|joint| &mut joint.axis.value);
         lines.for_each(|point| *point = turn(*point));
+        let axes = model.elements.twists.iter_mut().flat_map(|twist| &mut twist.axis.value);
+        axes.for_each(|point| *point = turn(*point));
         model.points.iter_mut().for_each(|point| point.at = lift(point.at));
         for contact in &mut model.contacts {
             contact.plane.point = lift(contact.plane.point);
@@ -122,6 +124,9 @@ fn swapped(model: &mut SourceModel) -> Other {
         if let Some(limits) = &mut joint.limits {
             limits.value = [-limits.value[1], -limits.value[0]];
         }
+    }
+    for motor in &mut model.elements.motors {
+        motor.voltage.value = negative(motor.voltage.value.clone());
     }
     let guesses = model.initial_q.iter_mut().chain(&mut model.initial_u);
     guesses.for_each(|(_, value)| *value = -*value);

@@ -2,6 +2,7 @@
 
 use lamc::arithmetic::hypot;
 use lamc::pipeline::Compiled;
+use lamc::source::elements::{Tendon, Tension};
 use lamc::source::{
     Body, BodyId, Expression, Joint, Operator, Shape, SourceModel, Span, Spanned, Spring,
 };
@@ -37,7 +38,9 @@ pub fn laws(model: &mut SourceModel) -> impl Iterator<Item = &mut Expression> {
         let laws = [&mut contact.dissipation, &mut contact.friction];
         laws.into_iter().chain(&mut contact.stiffness).map(|law| &mut law.value)
     });
-    joints.chain(forces).chain(air).chain(contacts).chain(&mut model.gravity)
+    let elements = model.elements.laws_mut().map(|(law, _)| &mut law.value);
+    let laws = joints.chain(forces).chain(air).chain(elements).chain(contacts);
+    laws.chain(&mut model.gravity)
 }
 
 /// A law with some of its leaves changed.
@@ -85,6 +88,23 @@ pub fn damped(model: &mut SourceModel, compiled: &Compiled, share: f64) {
             law.value = times(law.value.clone(), share);
         }
     }
+    for law in dampings(model) {
+        *law = times(law.clone(), share);
+    }
+    for motor in &mut model.elements.motors {
+        motor.resistance.value = times(motor.resistance.value.clone(), 1.0 / share);
+    }
+}
+
+/// The dampings of springs and tendons.
+fn dampings(model: &mut SourceModel) -> impl Iterator<Item = &mut Expression> {
+    let elements = &mut model.elements;
+    let tendons = elements.bands.iter_mut().chain(&mut elements.tendons);
+    let tendons = tendons.filter_map(|tendon| match &mut tendon.tension {
+        Tension::Given(_) => None,
+        Tension::Elastic { damping, .. } => Some(&mut damping.value),
+    });
+    tendons.chain(elements.twists.iter_mut().map(|twist| &mut twist.damping.value))
 }
 
 fn replace_time(model: &mut SourceModel, new: &Expression) {
@@ -128,6 +148,32 @@ pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
         joint.limits = None;
         joint.drive = law.drive.as_ref().map(|drive| spanned(frozen(drive)));
     }
+    model.elements.tendons.retain(|it| matches!(it.tension, Tension::Elastic { .. }));
+    for motor in &mut model.elements.motors {
+        // No current flows.
+        let constant = times(motor.torque_constant.value.clone(), motor.gear.value);
+        let rate = Expression::Rate(motor.joint.value);
+        motor.voltage.value = Expression::Chain(Box::new(constant), vec![(Operator::Mul, rate)]);
+        (motor.max_voltage, motor.max_current) = (None, None);
+    }
+    dampings(model).for_each(|law| *law = Expression::ZERO);
+    let elements = &mut model.elements;
+    for Tendon { tension, .. } in elements.bands.iter_mut().chain(&mut elements.tendons) {
+        let Tension::Elastic { stiffness, rest_length, tension_only, .. } = tension else {
+            continue;
+        };
+        stiffness.value = frozen(&stiffness.value);
+        // Taut all the time: where a line becomes slack, no method has its order.
+        *rest_length = match (&rest_length, *tension_only) {
+            (Some(length), false) => Some(spanned(frozen(&length.value))),
+            (None, false) => None,
+            (_, true) => Some(spanned(Expression::ZERO)),
+        };
+    }
+    for twist in &mut elements.twists {
+        twist.stiffness.value = frozen(&twist.stiffness.value);
+        twist.rest.value = frozen(&twist.rest.value);
+    }
 }
 
 /// The ground itself turns freely about a line in the plane. Nothing acts from outside but gravity along this
@@ -147,6 +193,13 @@ pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
         let body = &mut contact.plane.body;
         if body.as_ref().is_none_or(|body| fixed[body.value.index()]) {
             *body = Some(spanned(BodyId(ground)));
+        }
+    }
+    let points = model.points.iter_mut().map(|point| &mut point.body);
+    let twists = model.elements.twists.iter_mut().flat_map(|twist| &mut twist.bodies);
+    for body in points.chain(twists.map(|body| &mut body.value)) {
+        if fixed[body.index()] {
+            *body = BodyId(ground);
         }
     }
     let earth = BodyId(model.bodies.len());

@@ -1,6 +1,7 @@
 //! Comparison of a model with another description of it.
 
 use lamc::pipeline::Compiled;
+use lamc::source::elements::Tension;
 use lamc::source::{Expression, Shape, SourceModel, Spring};
 use lamc_runtime::plumbing::Balance;
 use lamc_runtime::{Mechanism, acceleration_and_forces};
@@ -191,6 +192,20 @@ pub fn in_millimetres(model: &mut SourceModel) {
     }
     model.points.iter_mut().flat_map(|point| &mut point.at).for_each(mm);
     model.contacts.iter_mut().flat_map(|contact| &mut contact.plane.point).for_each(mm);
+    let elements = &mut model.elements;
+    for tendon in elements.bands.iter_mut().chain(&mut elements.tendons) {
+        if let Tension::Elastic { rest_length: Some(length), .. } = &mut tendon.tension
+            && let Expression::Number(length) = &mut length.value
+        {
+            mm(length);
+        }
+    }
+    for twist in &mut elements.twists {
+        twist.axis.value.iter_mut().flatten().for_each(mm);
+        if let Expression::Number(rest) = &mut twist.rest.value {
+            degrees(rest);
+        }
+    }
     for joint in &mut model.joints {
         joint.axis.value.iter_mut().flatten().for_each(mm);
         mm(&mut joint.z);

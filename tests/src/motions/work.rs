@@ -3,13 +3,15 @@
 //! ```text
 //! d(T + V)/dt = sum over joints of (torque - b u - friction tanh(u / speed)) u + motor u
 //!             + sum over forces, surfaces and contacts of F . v
-//!             + dV/dt at constant q            gravity, springs and rest angles that change with time
+//!             - sum over tendons of (T - k (l - l0)) dl/dt, torsion springs alike
+//!             + dV/dt at constant q            gravity, springs, rest angles and lengths that change with time
 //!             + d(k d^2 / 2)/dt                contacts
 //! ```
 
-use lamc::laminate::{Joint, Mechanism};
+use lamc::laminate::{Joint, Mechanism, Tension};
+use lamc::source::Expression;
 use lamc_runtime::{Mechanism as _, acceleration_and_forces};
-use lamc_workbench::verify::{Motion, Values, motions};
+use lamc_workbench::verify::{Motion, Place, Values, motions};
 use nalgebra::Vector3;
 
 use super::subject::{Point, Subject};
@@ -28,6 +30,38 @@ pub fn power(subject: &Subject, at: &Point) -> f64 {
         + of_air(mechanism, &motions, &values)
         + of_contacts(mechanism, &motions, &values)
         + of_gravity(mechanism, &motions, &values)
+        + of_elements(&Place { mechanism, values: &values, motions: &motions })
+}
+
+/// Motors, tendons of given tension, dampers, and springs that change with time.
+fn of_elements(place: &Place) -> f64 {
+    let Place { mechanism, values, .. } = place;
+    let elements = &mechanism.elements;
+    let changed = |[k, rest]: [&Expression; 2], stretch: f64| {
+        let [k, rest] = [k, rest].map(|law| values.jet(law));
+        k[1] * stretch * stretch / 2.0 - k[0] * stretch * rest[1]
+    };
+    let motors = elements.motors.iter();
+    let motors = motors.map(|motor| place.motor(motor) * values.u[motor.joint.index()]);
+    let tendons = elements.tendons.iter().map(|tendon| {
+        let line = place.line(tendon);
+        let [tension, _] = place.tension(tendon, &line);
+        match &tendon.tension {
+            Tension::Given(_) => -tension * line.rate,
+            Tension::Elastic { stiffness, rest_length, tension_only, .. } => {
+                let stretch = line.length - values.of(rest_length);
+                let stretch = if *tension_only { stretch.max(0.0) } else { stretch };
+                let lost = (tension - values.of(stiffness) * stretch) * line.rate;
+                changed([stiffness, rest_length], stretch) - lost
+            }
+        }
+    });
+    let twists = elements.twists.iter().map(|twist| {
+        let at = place.angle(twist);
+        let lost = values.of(&twist.damping) * at.rate * at.rate;
+        changed([&twist.stiffness, &twist.rest], at.angle - values.of(&twist.rest)) - lost
+    });
+    motors.sum::<f64>() + tendons.sum::<f64>() + twists.sum::<f64>()
 }
 
 /// Torque, damper and friction, and a spring that changes with time.

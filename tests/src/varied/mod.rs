@@ -4,6 +4,7 @@
 
 mod bodies;
 mod contacts;
+mod elements;
 mod joints;
 mod scale;
 mod sheet;
@@ -105,6 +106,7 @@ impl Writer {
             self.joint(joint);
         }
         self.points_and_forces();
+        self.elements(seed);
         if self.random.chance(0.3) {
             self.line("air: { density: \"1.2 + 0.1*sin(t)\", drag: 1.1 }");
         }
@@ -137,6 +139,8 @@ impl Writer {
             let at = self.at();
             self.line(&format!("  p{point}: {{ body: b{body}, at: {at} }}"));
         }
+        let [x, y] = self.scale.drawn([0.01, -0.02]);
+        self.line(&format!("  p2: {{ body: b0, at: [{x}, {y}, {:e}] }}", self.scale.exact(0.03)));
         let joint = self.random.below(self.drawing.hinges.len());
         let pull = self.scale.force(self.random.range(-1.0, 1.0));
         let push = self.scale.force(0.1);

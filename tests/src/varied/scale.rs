@@ -68,9 +68,14 @@ impl Scale {
         metres * self.factor / self.metres
     }
 
-    /// A length of the drawing as it is in the model, m.
+    /// A length of the mechanism, m, from one of a mechanism of 0.2 m.
     pub fn length(&self, metres: f64) -> f64 {
         metres * self.factor
+    }
+
+    /// A moment of inertia, kg m^2, as a share of that of a plate of 1 g in a mechanism of 0.2 m.
+    pub fn rotor(&self, share: f64) -> f64 {
+        share * 1e-6 * self.factor.powi(5)
     }
 
     /// The unit's number of metres: for what has the unit m, whatever the drawing's.

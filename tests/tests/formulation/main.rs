@@ -6,6 +6,7 @@ mod contact_edges;
 mod contacts;
 mod cuts;
 mod derivatives;
+mod elements;
 mod energy;
 mod examples;
 mod family;

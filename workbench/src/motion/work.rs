@@ -1,7 +1,7 @@
-//! The work of the torques and dampers of the hinges along a motion:
+//! The work of the torques, motors and dampers of the hinges along a motion:
 //!
 //! ```text
-//! W = integral of sum over j of (torque_j - b_j u_j) u_j dt
+//! W = integral of sum over j of (torque_j + motor_j - b_j u_j) u_j dt
 //! ```
 //!
 //! from the formulas of the model, independent of the equations of motion. It equals the change of the energy T + V
@@ -9,7 +9,7 @@
 
 use lamc_runtime::State;
 
-use lamc::laminate::{Contact, Mechanism};
+use lamc::laminate::{Contact, Mechanism, Motor, Tension};
 use lamc::source::Expression;
 
 /// The error of Simpson's rule as a share of its difference from the trapezoidal rule: more than for any
@@ -21,6 +21,7 @@ const DOUBT: f64 = 0.1;
 pub struct Work {
     /// Damping and torque of each joint.
     hinges: Vec<[Expression; 2]>,
+    motors: Vec<Motor>,
     parameters: Vec<f64>,
     inputs: Vec<f64>,
     /// W, J.
@@ -33,19 +34,29 @@ pub struct Work {
 
 impl Work {
     /// Starts with no work done. Returns `None` if something else changes the energy: forces, air, driven joints,
-    /// friction, contacts that dissipate or end, springs or gravity that change with time.
+    /// friction, tendons of given tension, springs with dampers other than those of joints, contacts that dissipate
+    /// or end, springs or gravity that change with time.
     pub fn new(mechanism: &Mechanism, parameters: &[f64], inputs: &[f64]) -> Option<Self> {
         let joints = &mechanism.joints;
         let springs =
             joints.iter().flat_map(|joint| [&joint.stiffness, &joint.rest, &joint.cubic_stiffness]);
-        let mut stored = springs.chain(&mechanism.gravity);
+        let elements = &mechanism.elements;
+        let lines: Option<Vec<_>> =
+            elements.tendons.iter().map(|it| elastic(&it.tension)).collect();
+        let lines = lines?.into_iter().flatten();
+        let twists = elements.twists.iter();
+        let is_damped = twists.clone().any(|twist| twist.damping != Expression::ZERO);
+        let twists = twists.flat_map(|twist| [&twist.stiffness, &twist.rest]);
+        let mut stored = springs.chain(lines).chain(twists).chain(&mechanism.gravity);
         let is_alone = mechanism.forces.is_empty()
+            && !is_damped
             && mechanism.air.is_none()
             && joints.iter().all(|joint| joint.drive.is_none() && joint.friction.is_none())
             && mechanism.contacts.iter().all(conserves)
             && !stored.any(|expression| expression.contains(&Expression::Time));
         is_alone.then(|| Self {
             hinges: joints.iter().map(|j| [j.damping.clone(), j.torque.clone()]).collect(),
+            motors: elements.motors.clone(),
             parameters: parameters.to_vec(),
             inputs: inputs.to_vec(),
             total: 0.0,
@@ -77,7 +88,30 @@ impl Work {
         let hinges = self.hinges.iter().zip(u).map(|([damping, torque], u)| {
             (torque.evaluate(&leaf) - damping.evaluate(&leaf) * u) * u
         });
-        hinges.sum()
+        let motors = self.motors.iter().map(|motor| {
+            let u = u[motor.joint.index()];
+            let of = |law: &Expression| law.evaluate(&leaf);
+            let limit = |law: &Option<Expression>| law.as_ref().map_or(f64::INFINITY, of);
+            let within = |value: f64, limit: f64| value.min(limit).max(-limit);
+            let constant = motor.gear * of(&motor.torque_constant);
+            let voltage = within(of(&motor.voltage), limit(&motor.max_voltage));
+            let current = (voltage - constant * u) / of(&motor.resistance);
+            constant * within(current, limit(&motor.max_current)) * u
+        });
+        hinges.sum::<f64>() + motors.sum::<f64>()
+    }
+}
+
+/// Returns the formulas that the energy of an elastic tendon depends on; `None` if the tendon does work that is not
+/// followed here.
+fn elastic(tension: &Tension) -> Option<[&Expression; 2]> {
+    match tension {
+        Tension::Elastic { stiffness, damping, rest_length, .. }
+            if *damping == Expression::ZERO =>
+        {
+            Some([stiffness, rest_length])
+        }
+        _ => None,
     }
 }
 

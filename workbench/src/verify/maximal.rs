@@ -1,6 +1,7 @@
 //! Newton's and Euler's equations in maximal coordinates: six accelerations per moving body, five
-//! equations per hinge and one more where an angle is prescribed. There is no tree, no cut and no
-//! generalised speed: loops are hinges like any other.
+//! equations per hinge and one more where an angle is prescribed. The rotor of a motor has an acceleration of its
+//! own, and the equation that it is that of the joint. There is no tree, no cut and no generalised speed: loops are
+//! hinges like any other.
 //!
 //! ```text
 //! minimise  1/2 (a - a0)^T W (a - a0)   subject to   A a = b        (Gauss's principle)
@@ -12,12 +13,15 @@
 //! (1992).
 
 use lamc::arithmetic::{larger, largest};
-use lamc::laminate::{Joint, Mechanism};
+use lamc::laminate::Mechanism;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use super::elements::Place;
 use super::expression::Values;
 use super::gauss::{Constrained, constrain};
-use super::placement::{Motion, motions, turn};
+use super::placement::{Motion, motions};
+
+mod sums;
 
 /// Results of the equations at one state.
 #[derive(Clone, Debug)]
@@ -38,6 +42,8 @@ pub struct Solution {
     pub speed_mismatch: f64,
     /// Independent equations of the hinges.
     pub rank: usize,
+    /// Further equations, which are always independent: those of the rotors of motors.
+    pub rotors: usize,
     /// The singular values of the scaled equations over the largest, in descending order.
     pub spectrum: Vec<f64>,
 }
@@ -56,7 +62,7 @@ impl Solution {
 
     /// The condition number: the largest singular value over the smallest that counts.
     pub fn condition(&self) -> f64 {
-        self.rank.checked_sub(1).map_or(1.0, |last| 1.0 / self.spectrum[last])
+        (self.rank + self.rotors).checked_sub(1).map_or(1.0, |last| 1.0 / self.spectrum[last])
     }
 }
 
@@ -72,6 +78,7 @@ pub struct Massless(pub usize);
 pub fn solve(mechanism: &Mechanism, values: &Values) -> Result<Solution, Massless> {
     let system = System::new(mechanism, values);
     let (open_by, speed_mismatch) = system.mismatch();
+    let rotors = system.place().rotors().len();
     let Accelerations { joints, magnitude, rank, spectrum } = system.accelerations()?;
     Ok(Solution {
         acceleration: joints,
@@ -80,7 +87,8 @@ pub fn solve(mechanism: &Mechanism, values: &Values) -> Result<Solution, Massles
         potential_energy: system.potential_energy(),
         open_by,
         speed_mismatch,
-        rank,
+        rank: rank - rotors,
+        rotors,
         spectrum,
     })
 }
@@ -99,7 +107,7 @@ pub fn tree_mass_matrix(mechanism: &Mechanism, values: &Values) -> Vec<Vec<f64>>
             let (x, y) = (&r.motions[body], &s.motions[body]);
             r.mass(body) * x.velocity.dot(&y.velocity) + x.omega.dot(&(r.inertia(body) * y.omega))
         };
-        r.moving().iter().map(of).sum()
+        r.moving().iter().map(of).sum::<f64>() + 2.0 * r.place().rotor_energy(s.values)
     };
     systems.iter().map(|r| systems.iter().map(|s| entry(r, s)).collect()).collect()
 }
@@ -141,6 +149,10 @@ impl<'a> System<'a> {
         Self { mechanism, values, motions: motions(mechanism, values) }
     }
 
+    fn place(&self) -> Place<'_> {
+        Place { mechanism: self.mechanism, values: self.values, motions: &self.motions }
+    }
+
     fn mass(&self, body: usize) -> f64 {
         let body = &self.mechanism.bodies[body];
         match body.mass_parameter {
@@ -179,6 +191,7 @@ impl<'a> System<'a> {
         let bend = q - of(&joint.rest);
         let friction = joint.friction.as_ref();
         let friction = friction.map_or(0.0, |law| of(&law.torque) * (u / law.speed).tanh());
+        let motor = self.mechanism.motor(lamc::source::JointId(index));
         Hinge {
             bodies,
             direction: first.rotation * joint.direction,
@@ -187,7 +200,8 @@ impl<'a> System<'a> {
                 - of(&joint.stiffness) * bend
                 - of(&joint.cubic_stiffness) * bend.powi(3)
                 - of(&joint.damping) * u
-                - friction,
+                - friction
+                + motor.map_or(0.0, |motor| self.place().motor(motor)),
         }
     }
 
@@ -219,6 +233,10 @@ impl<'a> System<'a> {
             push(touched.body, touched.at, touched.force);
             touched.plane.into_iter().for_each(|plane| push(plane, touched.at, -touched.force));
         }
+        self.place().forces().into_iter().for_each(|(body, at, force)| push(body, at, force));
+        for (body, moment) in self.place().moments() {
+            wrenches[body].1 += moment;
+        }
         for index in 0..self.mechanism.joints.len() {
             let hinge = self.hinge(index);
             wrenches[hinge.bodies[0]].1 -= hinge.direction * hinge.torque;
@@ -249,7 +267,7 @@ impl<'a> System<'a> {
         let column = |body: usize| moving.iter().position(|&b| b == body).map(|i| 6 * i);
         let hinges: Vec<_> = (0..self.mechanism.joints.len()).map(|j| self.hinge(j)).collect();
         let (free, root) = self.free_bodies(&moving)?;
-        let (rows, rhs) = self.hinge_equations(&hinges, 6 * moving.len(), &column);
+        let (rows, rhs) = self.hinge_equations(&hinges, free.len(), &column);
         let about_hinges = |accelerations: &DVector<f64>| -> Vec<f64> {
             let alpha = |body: usize| {
                 let rows = |c: usize| accelerations.fixed_rows::<3>(c + 3).into_owned();
@@ -261,7 +279,7 @@ impl<'a> System<'a> {
         let Constrained { accelerations, rank, spectrum } = constrain(&rows, &rhs, &free, &root);
         let joints = about_hinges(&accelerations);
         let mut magnitude = largest(&joints);
-        let undriven = 5 * hinges.len();
+        let undriven = 5 * hinges.len() + self.place().rotors().len();
         if undriven < rows.nrows() {
             let (rows, rhs) =
                 (rows.rows(0, undriven).into_owned(), rhs.rows(0, undriven).into_owned());
@@ -271,11 +289,17 @@ impl<'a> System<'a> {
         Ok(Accelerations { joints, magnitude, rank, spectrum })
     }
 
-    /// The accelerations without hinges, and W^-1/2 (S^-T of the Cholesky factor S of W), six rows per body.
+    /// The accelerations without hinges, and W^-1/2 (S^-T of the Cholesky factor S of W): six rows per body, then
+    /// one per rotor.
     fn free_bodies(&self, moving: &[usize]) -> Result<(DVector<f64>, DMatrix<f64>), Massless> {
         let wrenches = self.wrenches();
-        let mut free = DVector::zeros(6 * moving.len());
-        let mut root = DMatrix::zeros(6 * moving.len(), 6 * moving.len());
+        let rotors = self.place().rotors();
+        let size = 6 * moving.len() + rotors.len();
+        let mut free = DVector::zeros(size);
+        let mut root = DMatrix::zeros(size, size);
+        for (at, (_, inertia)) in (6 * moving.len()..).zip(rotors) {
+            root[(at, at)] = 1.0 / inertia.sqrt();
+        }
         for (i, &body) in moving.iter().enumerate() {
             let (force, moment) = wrenches[body];
             let inertia = self.inertia(body).cholesky().ok_or(Massless(body))?;
@@ -289,7 +313,7 @@ impl<'a> System<'a> {
         Ok((free, root))
     }
 
-    /// A and b: five rows for each hinge, then one for each driven joint.
+    /// A and b: five rows for each hinge, then one for each rotor, then one for each driven joint.
     fn hinge_equations(
         &self,
         hinges: &[Hinge],
@@ -302,7 +326,8 @@ impl<'a> System<'a> {
             .enumerate()
             .filter_map(|(j, joint)| Some((j, joint.drive.as_ref()?)))
             .collect();
-        let mut rows = DMatrix::zeros(5 * hinges.len() + driven.len(), columns);
+        let rotors = self.place().rotors();
+        let mut rows = DMatrix::zeros(5 * hinges.len() + rotors.len() + driven.len(), columns);
         let mut rhs = DVector::zeros(rows.nrows());
         for (j, hinge) in hinges.iter().enumerate() {
             let across = perpendicular(&hinge.direction);
@@ -330,63 +355,20 @@ impl<'a> System<'a> {
                 rhs[5 * j + 3 + k] = direction.dot(&carried);
             }
         }
-        for (row, (j, drive)) in (5 * hinges.len()..).zip(driven) {
+        let of_rotors = columns - rotors.len()..;
+        let rotors = rotors.iter().zip(of_rotors).map(|((j, _), own)| (*j, Some(own), 0.0));
+        let driven = driven.into_iter().map(|(j, drive)| (j, None, self.values.jet(drive)[2]));
+        for (row, (j, rotor, rate)) in (5 * hinges.len()..).zip(rotors.chain(driven)) {
             for (body, _, sign) in hinges[j].ends() {
                 if let Some(c) = column(body) {
                     let turn = hinges[j].direction.transpose() * sign;
                     rows.fixed_view_mut::<1, 3>(row, c + 3).copy_from(&turn);
                 }
             }
-            rhs[row] = self.values.jet(drive)[2];
+            rotor.into_iter().for_each(|own| rows[(row, own)] = -1.0);
+            rhs[row] = rate;
         }
         (rows, rhs)
-    }
-
-    fn kinetic_energy(&self) -> f64 {
-        let of = |&body: &usize| {
-            let Motion { omega, velocity, .. } = self.motions[body];
-            0.5 * self.mass(body) * velocity.norm_squared()
-                + 0.5 * omega.dot(&(self.inertia(body) * omega))
-        };
-        self.moving().iter().map(of).sum()
-    }
-
-    fn potential_energy(&self) -> f64 {
-        let gravity = self.gravity();
-        let weight = |&body: &usize| -self.mass(body) * gravity.dot(&self.com(body));
-        let spring = |(joint, q): (&Joint, &f64)| {
-            let square = (q - self.values.of(&joint.rest)).powi(2);
-            let [linear, cubic] =
-                [&joint.stiffness, &joint.cubic_stiffness].map(|law| self.values.of(law));
-            linear * square / 2.0 + cubic * square * square / 4.0
-        };
-        self.moving().iter().map(weight).sum::<f64>()
-            + self.mechanism.joints.iter().zip(&self.values.q).map(spring).sum::<f64>()
-            + self.contacts().iter().map(|touched| touched.stored).sum::<f64>()
-    }
-
-    /// Largest disagreement over any hinge: of positions, of speeds.
-    fn mismatch(&self) -> (f64, f64) {
-        let mut open = (0.0_f64, 0.0_f64);
-        let size = self.mechanism.size;
-        let fastest = larger(largest(&self.values.u), f64::MIN_POSITIVE);
-        for (j, joint) in self.mechanism.joints.iter().enumerate() {
-            let [a, b] = joint.bodies.map(|id| id.index());
-            let (first, second) = (&self.motions[a], &self.motions[b]);
-            let turned = first.rotation * turn(&joint.direction, self.values.q[j]);
-            open.0 = larger(open.0, largest(&(second.rotation - turned)));
-            let gap = second.rotation * joint.point + second.position
-                - first.rotation * joint.point
-                - first.position;
-            open.0 = larger(open.0, largest(&gap) / size);
-            let hinge = self.hinge(j);
-            let spin = second.omega - first.omega - hinge.direction * self.values.u[j];
-            let slip = second.velocity + second.omega.cross(&hinge.arms[1])
-                - first.velocity
-                - first.omega.cross(&hinge.arms[0]);
-            open.1 = larger(open.1, larger(largest(&spin), largest(&slip) / size) / fastest);
-        }
-        open
     }
 }
 

@@ -15,6 +15,7 @@
 //! The first five are evaluated at random closed states and, if the model can lie flat at rest, there.
 
 mod contact;
+mod elements;
 mod expression;
 mod gauss;
 mod maximal;
@@ -26,6 +27,7 @@ mod states;
 #[cfg(test)]
 mod tests;
 
+pub use elements::{Angle, Line, Place};
 pub use expression::{Jet, Values};
 pub use maximal::{Massless, Solution, solve, tree_mass_matrix};
 pub use placement::{Motion, motions};

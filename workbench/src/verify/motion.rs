@@ -57,7 +57,8 @@ fn compared(simulation: &Simulation) -> Vec<Check> {
     let energy = |k: usize| samples[k].energy.kinetic + samples[k].energy.potential;
     let balance = match simulation.work() {
         None => {
-            let reason = "forces, air, drives, friction, contacts or stops change the energy too";
+            let reason = "forces, tendons, dampers between bodies, contacts, air, drives, friction or stops \
+                          change the energy too";
             Check::without(NAMES[0], Remark::NotChecked(reason.to_owned()))
         }
         Some(work) => {

@@ -60,8 +60,20 @@ joints:
          friction: { torque: 1e-4, speed: 0.1 }, torque: \"motor + 1e-4*tanh(u.hip)\" }
   knee: { bodies: [arm, end], axis: [[0.05, 0], [0.05, 0.02]], damping: 1e-5, torque: \"1e-5*t*q.hip\" }
   wag: { bodies: [base, tail], axis: [[0, 0], [0, 0.02]], drive: \"0.3*sin(20*t) + t^2\" }
-points: { tip: { body: end, at: [0.09, 0.01, 0] } }
+points:
+  tip: { body: end, at: [0.09, 0.01, 0] }
+  back: { body: tail, at: [-0.03, 0, 0.004] }
+  hook: { body: base, at: [0.02, 0.01, 0.05] }
 forces: { pull: { point: tip, force: [0, \"1e-4*sin(t)\", 1e-3] } }
+springs:
+  band: { from: tip, to: hook, stiffness: 1, damping: 1e-3, rest_length: 0.05, tension_only: true }
+  twist: { bodies: [tail, end], axis: [[0, 0], [0.1, 0.03]], stiffness: 1e-4, damping: \"1e-6*(1 + t)\", rest: 0.2 }
+tendons:
+  given: { through: [hook, back, tip], tension: \"0.01*sin(q.knee)\" }
+  elastic: { through: [back, hook, tip], stiffness: 0.3, rest_length: \"0.1*t\" }
+motors:
+  hip: { joint: hip, torque_constant: 1e-4, resistance: 8, gear: 30, inertia: 1e-9, voltage: motor, max_current: 1 }
+  knee: { joint: knee, torque_constant: 1e-4, resistance: 8, gear: 9, voltage: \"3*sin(t) - u.knee\", max_voltage: 2 }
 ";
     let checks = verify(&compiled(model), &SETTINGS);
     for check in &checks {

@@ -65,12 +65,10 @@ impl Inertia {
         for k in 0..d {
             for l in 0..=k {
                 entries[k][l] = match &moving {
-                    Moving::Bodies(columns) => columns[k]
-                        .iter()
-                        .zip(&columns[l])
-                        .fold(Expr::zero(), |sum, ((twist, _), (_, momentum))| {
-                            &sum + &twist.with(momentum)
-                        }),
+                    Moving::Bodies(columns) => columns[k].iter().zip(&columns[l]).fold(
+                        of_rotors(kinematics, |joint| &table[joint][k] * &table[joint][l]),
+                        |sum, ((twist, _), (_, momentum))| &sum + &twist.with(momentum),
+                    ),
                     Moving::Joints(products) => table
                         .iter()
                         .zip(products)
@@ -87,22 +85,24 @@ impl Inertia {
         folded(binder, Function::Min, "inverse_inertia", self.inverse_pivots.clone())
     }
 
-    /// Returns N^T M x.
+    /// Returns N^T M x for the N of `table`.
     pub fn momentum(
         &self,
         binder: &mut Binder,
         kinematics: &Kinematics,
+        table: &[Vec<Expr>],
         x: &[Expr],
         name: &str,
     ) -> Vec<Expr> {
         match &self.moving {
             Moving::Bodies(columns) => {
                 let twists = twists(binder, kinematics, x, &format!("closing_{name}"));
-                let product = |column: &Vec<(Twist, Wrench)>| {
+                let product = |(k, column): (usize, &Vec<(Twist, Wrench)>)| {
+                    let rotors = of_rotors(kinematics, |joint| &table[joint][k] * &x[joint]);
                     let pairs = twists.iter().zip(column);
-                    pairs.fold(Expr::zero(), |sum, (x, (_, momentum))| &sum + &x.with(momentum))
+                    pairs.fold(rotors, |sum, (x, (_, momentum))| &sum + &x.with(momentum))
                 };
-                columns.iter().map(product).collect()
+                columns.iter().enumerate().map(product).collect()
             }
             Moving::Joints(products) => transposed(products, x),
         }
@@ -124,6 +124,13 @@ impl Inertia {
         }
         b
     }
+}
+
+/// Returns the sum over the motors of the inertia of the rotor times a factor of its joint.
+fn of_rotors(kinematics: &Kinematics, factor: impl Fn(usize) -> Expr) -> Expr {
+    let motors = kinematics.links().iter().filter(|link| !link.rotor.is_zero());
+    let terms = motors.map(|link| &link.rotor * &factor(link.joint.index()));
+    terms.fold(Expr::zero(), |sum, term| &sum + &term)
 }
 
 /// Returns L and 1 / D of a symmetric matrix L D L^T.

@@ -77,7 +77,8 @@ impl IndependentSpeeds {
         let inertia = Inertia::new(binder, kinematics, shared, &elimination, reduction);
         let mut correct = |wanted: &[Expr], name: &str| {
             let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
-            let reduced = inertia.momentum(binder, kinematics, &given, name);
+            let reduced =
+                inertia.momentum(binder, kinematics, &elimination.null_space, &given, name);
             let y = inertia.solve(binder, reduced, &format!("along_{name}"));
             elimination.combined(binder, &given, &y, &format!("correction_{name}"), -1.0)
         };
@@ -107,7 +108,8 @@ fn imbalance(
     for link in kinematics.links() {
         let along = along_hinge(kinematics, link.node, &beyond[link.node.index()]);
         let name = format!("imbalance_{}", binder.joint_name(link.node));
-        let value = &along + loads.torque(link.node);
+        let rotor = &link.rotor * given.acceleration(link.joint);
+        let value = &(&along + loads.torque(link.node)) - &rotor;
         imbalance[link.joint.index()] = binder.bind(Section::body(link.node, phase), name, value);
     }
     imbalance

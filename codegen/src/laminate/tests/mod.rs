@@ -91,6 +91,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         initial_fold: None,
         points: Vec::new(),
         forces: Vec::new(),
+        elements: Default::default(),
         contacts: Vec::new(),
         hinge_models: Vec::new(),
         air: None,

@@ -2,11 +2,11 @@
 
 codes! {
     SAME_BODY "same-body"
-        "A joint connects a body with itself."
+        "A joint or a torsion spring connects a body with itself."
         "Name two different bodies.";
     BOTH_FIXED "both-fixed"
-        "A joint connects two fixed bodies, so it can never turn."
-        "Remove the joint, or `fixed` from one of the bodies.";
+        "A joint or a torsion spring connects two fixed bodies, so it can never turn."
+        "Remove it, or `fixed` from one of the bodies.";
     DEAD_JOINT "dead-joint"
         "A joint of a mechanism that was built through the Rust interface connects a body with \
          itself or two fixed bodies."

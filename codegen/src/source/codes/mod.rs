@@ -81,6 +81,7 @@ macro_rules! codes {
 
 mod contacts;
 mod drawing;
+mod elements;
 mod keys;
 mod mechanism;
 mod names;
@@ -94,6 +95,7 @@ mod values;
 
 pub use contacts::*;
 pub use drawing::*;
+pub use elements::*;
 pub use keys::*;
 pub use mechanism::*;
 pub use names::*;
@@ -113,6 +115,7 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Numbers and formulas", values::ALL),
     ("The drawing", drawing::ALL),
     ("Masses, springs and angles", physics::ALL),
+    ("Springs, tendons and motors", elements::ALL),
     ("Contacts", contacts::ALL),
     ("The mechanism", mechanism::ALL),
     ("Patterns", pattern::ALL),

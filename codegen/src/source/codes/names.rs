@@ -14,15 +14,15 @@ codes! {
          two bodies of a popupCAD file."
         "Rename one of them.";
     UNKNOWN_BODY "unknown-body"
-        "A joint or a point refers to a body that is not under `bodies`."
+        "A joint, a point or a torsion spring refers to a body that is not under `bodies`."
         "Correct the name, or declare the body.";
     UNKNOWN_JOINT "unknown-joint"
-        "A formula or `initial` refers to a joint that is not under `joints`."
+        "A formula, a motor or `initial` refers to a joint that is not under `joints`."
         "Correct the name, or declare the joint.";
     UNKNOWN_MATERIAL "unknown-material"
         "The layup or a hinge refers to a material that is not under `materials`."
         "Correct the name, or declare the material.";
     UNKNOWN_POINT "unknown-point"
-        "A force acts at a point that is not under `points`."
+        "A force acts at a point, or a spring or a tendon runs to a point, that is not under `points`."
         "Correct the name, or declare the point.";
 }

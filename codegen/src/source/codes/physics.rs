@@ -2,7 +2,8 @@
 
 codes! {
     NOT_POSITIVE "not-positive"
-        "A density, thickness, modulus, mass, size of a hinge or speed of friction is zero or negative."
+        "A density, thickness, modulus, mass, size of a hinge, speed of friction, or a torque constant, resistance, \
+         gear or limit of a motor is zero or negative."
         "Give a number greater than zero.";
     NO_MASS "no-mass"
         "A body moves but has no mass."

@@ -91,6 +91,7 @@ fn model() -> SourceModel {
         initial_fold: None,
         points: vec![],
         forces: vec![],
+        elements: Default::default(),
         hinge_models: vec![],
         air: None,
     }

@@ -43,6 +43,18 @@ pub(super) fn boolean(node: &Node) -> Option<bool> {
 }
 
 impl Lowering<'_> {
+    /// Reads an optional truth value that is false if it is left out.
+    pub(super) fn truth(&mut self, fields: &Fields, key: &str) -> Option<bool> {
+        let Some(node) = fields.get(key) else { return Some(false) };
+        let truth = boolean(node);
+        if truth.is_none() {
+            let message = format!("`{key}` must be true or false");
+            let error = Diagnostic::error(codes::WRONG_TYPE, node.span, message);
+            self.note(error.label(format!("this is {}", node.describe())));
+        }
+        truth
+    }
+
     pub(super) fn no_fixed_body(&mut self, model: &Fields, bodies: &[Entry]) {
         let at = model.entry("bodies").map(|entry| entry.key.span).unwrap_or_default();
         let first = bodies.first().map_or("base", |entry| &entry.key.value);

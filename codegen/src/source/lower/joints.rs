@@ -29,7 +29,7 @@ impl Lowering<'_> {
         let at = entry.key.span;
         let owner = format!("joint `{}`", shorten(name));
         let fields = Fields::new(&entry.value, at, owner, &JOINT, &mut self.diagnostics)?;
-        let bodies = self.joint_bodies(&fields, fixed);
+        let bodies = self.two_bodies(&fields, fixed, "joint");
         let axis = self.axis(&fields);
         let z = self.optional(&fields, "z");
         fields.get("z").into_iter().for_each(|node| self.note_decimals(node));
@@ -74,21 +74,28 @@ impl Lowering<'_> {
         Some(Some(Friction { torque: torque?, speed: speed? }))
     }
 
-    fn joint_bodies(&mut self, joint: &Fields, fixed: &[bool]) -> Option<[Spanned<BodyId>; 2]> {
-        let node = joint.read("bodies", &mut self.diagnostics)?;
-        let form = joint.expected("bodies").form();
+    /// Reads the two bodies between which something, such as a joint, acts.
+    pub(super) fn two_bodies(
+        &mut self,
+        fields: &Fields,
+        fixed: &[bool],
+        what: &str,
+    ) -> Option<[Spanned<BodyId>; 2]> {
+        let node = fields.read("bodies", &mut self.diagnostics)?;
+        let form = fields.expected("bodies").form();
         let nodes: &[Node; 2] = array(node, form, &mut self.diagnostics)?;
         let [first, second] = nodes
             .each_ref()
             .map(|node| self.body_named(node).map(|value| Spanned { value, span: node.span }));
         let (first, second) = (first?, second?);
         let (code, message, hint) = if first.value == second.value {
-            (codes::SAME_BODY, "a joint between a body and itself", "name two different bodies")
+            let message = format!("a {what} between a body and itself");
+            (codes::SAME_BODY, message, "name two different bodies".to_owned())
         } else if fixed[first.value.index()] && fixed[second.value.index()] {
             (
                 codes::BOTH_FIXED,
-                "a joint between two fixed bodies",
-                "it can never turn: remove the joint, or `fixed` from one of the bodies",
+                format!("a {what} between two fixed bodies"),
+                format!("it can never turn: remove the {what}, or `fixed` from one of the bodies"),
             )
         } else {
             return Some([first, second]);

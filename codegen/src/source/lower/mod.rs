@@ -19,6 +19,7 @@ mod bodies;
 mod contacts;
 #[cfg(feature = "drawings")]
 mod creases;
+mod elements;
 #[cfg(feature = "drawings")]
 mod folds;
 mod formulas;
@@ -78,7 +79,6 @@ impl Lowering<'_> {
         let declared = self.declared(&fields);
         let inputs = self.inputs(&fields);
         self.names = Names::of(&declared, &inputs);
-
         self.parameters = declared.parameters.iter().map(|entry| self.parameter(entry)).collect();
         let name = self.name(fields.get("name"), file);
         let gravity = self.gravity(&fields);
@@ -99,12 +99,13 @@ impl Lowering<'_> {
         let initial = self.initial(&fields);
         let points = self.each(declared.points, Self::point);
         let forces = self.each(declared.forces, Self::force);
+        let elements = self.elements(&declared, points.as_deref(), &fixed);
         let contacts = self.each(declared.contacts, Self::contact);
         let air = self.air(&fields);
         if pattern.is_none() {
             self.forget_consequences();
         }
-        let mut model = SourceModel {
+        let model = SourceModel {
             cuts: Vec::new(),
             max_hinges: MAX_HINGES,
             name: name?,
@@ -122,31 +123,31 @@ impl Lowering<'_> {
             initial_fold: initial.fold,
             points: points?,
             forces: forces?,
+            elements: elements?,
             contacts: contacts?,
             hinge_models: hinge_models?,
             air: air?,
             tolerance: 0.0,
             drawing: None,
         };
-        self.finish(&mut model, pattern?, tolerance?)?;
-        Some(model)
+        self.finish(model, pattern?, tolerance?)
     }
 
     /// Adds the bodies and joints of the pattern, and finds the tolerance.
     fn finish(
         &mut self,
-        model: &mut SourceModel,
+        mut model: SourceModel,
         pattern: Option<Patterned>,
         tolerance: Option<Spanned<f64>>,
-    ) -> Option<()> {
+    ) -> Option<SourceModel> {
         if let Some(pattern) = &pattern {
-            pattern.add(model, &mut self.diagnostics)?;
+            pattern.add(&mut model, &mut self.diagnostics)?;
         }
         model.tolerance = match (tolerance, &pattern) {
             (None, Some(pattern)) => pattern.tolerance(),
             (given, _) => self.tolerance(given, &model.bodies, &model.joints)?,
         };
-        Some(())
+        Some(model)
     }
 
     /// Reports a model without a fixed body or without joints. A pattern that could not be read may have

@@ -219,18 +219,6 @@ impl Lowering<'_> {
         }
     }
 
-    /// Reads an optional truth value that is false if it is left out.
-    fn truth(&mut self, fields: &Fields, key: &str) -> Option<bool> {
-        let Some(node) = fields.get(key) else { return Some(false) };
-        let truth = bodies::boolean(node);
-        if truth.is_none() {
-            let message = format!("`{key}` must be true or false");
-            let error = Diagnostic::error(codes::WRONG_TYPE, node.span, message);
-            self.note(error.label(format!("this is {}", node.describe())));
-        }
-        truth
-    }
-
     fn layers_of_drawing(&mut self, pattern: &Fields) -> Option<Vec<(Role, String)>> {
         let Some(entry) = pattern.entry("layers") else { return Some(Vec::new()) };
         let (at, found) = (entry.key.span, &mut self.diagnostics);

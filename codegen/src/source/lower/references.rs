@@ -20,6 +20,9 @@ pub(super) struct Declared<'n> {
     pub parameters: &'n [Entry],
     pub points: &'n [Entry],
     pub forces: &'n [Entry],
+    pub springs: &'n [Entry],
+    pub tendons: &'n [Entry],
+    pub motors: &'n [Entry],
     pub contacts: &'n [Entry],
     pub hinge_models: &'n [Entry],
 }
@@ -107,6 +110,9 @@ impl Lowering<'_> {
             parameters: named("parameters"),
             points: named("points"),
             forces: named("forces"),
+            springs: named("springs"),
+            tendons: named("tendons"),
+            motors: named("motors"),
             contacts: named("contacts"),
             hinge_models: named("hinge_models"),
         }

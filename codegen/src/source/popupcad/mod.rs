@@ -76,6 +76,7 @@ pub(super) fn empty(name: String) -> SourceModel {
         initial_fold: None,
         points: Vec::new(),
         forces: Vec::new(),
+        elements: Default::default(),
         contacts: Vec::new(),
         hinge_models: Vec::new(),
         air: None,

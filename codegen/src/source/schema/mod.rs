@@ -9,6 +9,8 @@ pub use super::names::{Kind, reserved_names};
 pub use super::units::{FREQUENCY, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all_units, units_of};
 
 mod contacts;
+mod elements;
+mod forces;
 mod joints;
 mod model;
 mod parts;
@@ -16,8 +18,10 @@ mod pattern;
 
 pub(crate) use contacts::{ALL, BODIES_FORM, CORNERS, OUTLINE, POINTS_FORM};
 pub use contacts::{CONTACT, PLANE};
+pub use elements::{BAND, MOTOR, TENDON, TWIST};
+pub use forces::{AIR, FORCE, POINT};
 pub use joints::{CREASE_JOINT, FRICTION, JOINT};
-pub use model::{AIR, FORCE, HINGE_MODEL, INITIAL, MATERIAL, MODEL, POINT, UNITS};
+pub use model::{HINGE_MODEL, INITIAL, MATERIAL, MODEL, UNITS};
 pub(super) use model::{SPECIMEN, TERM};
 pub use parts::{BODY, HINGE_BEAM, HINGE_FAMILY, HINGE_SHARIFZADEH2018, PLATE, POINT_MASS};
 pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, SLIT, VERTEX};
@@ -186,6 +190,10 @@ pub const MAPPINGS: &[&Mapping] = &[
     &INITIAL,
     &POINT,
     &FORCE,
+    &BAND,
+    &TWIST,
+    &TENDON,
+    &MOTOR,
     &CONTACT,
     &PLANE,
     &AIR,

@@ -1,20 +1,20 @@
-//! The tables of the model itself and of its small mappings: units, materials, the initial state,
-//! points, forces, air and families of hinges.
+//! The tables of the model itself and of its small mappings: units, materials, the initial state and
+//! families of hinges.
 
 use super::contacts::CONTACT;
+use super::elements::{BAND, MOTOR, TENDON, TWIST};
+use super::forces::{AIR, FORCE, POINT};
 use super::joints::JOINT;
-use super::parts::{BODY, MAX_LAYERS, POSITION};
+use super::parts::{BODY, MAX_LAYERS};
 use super::pattern::PATTERN;
 use super::{Mapping, Presence, Range, TUNABLE, Uses, Value, key, optional, required};
 use crate::source::names::Kind;
 use crate::source::units::{
-    ACCELERATION, ANGLE, ANGULAR_SPEED, DENSITY, FORCE as FORCE_QUANTITY, LENGTH, NUMBER, PRESSURE,
-    SHARE,
+    ACCELERATION, ANGLE, ANGULAR_SPEED, DENSITY, LENGTH, NUMBER, PRESSURE, SHARE,
 };
 
 const SAME_FOR_EVERY_POSE: Uses =
     Uses::Constants("gravity is the same for every configuration: it may not depend on q or u");
-const NO_SPEED: Uses = Uses::Constants("the drag already contains the speed of the plate");
 
 /// A term of a polynomial.
 pub(crate) const TERM: Value = Value::Array {
@@ -158,6 +158,30 @@ pub static MODEL: Mapping = Mapping {
             "Forces by name.",
         ),
         optional(
+            "springs",
+            Value::Named(
+                Kind::Other("a spring"),
+                &Value::Either(&Value::Mapping(&BAND), &Value::Mapping(&TWIST)),
+            ),
+            "only joints have springs",
+            "{ band: { from: tip, to: hook, stiffness: 20 N/m, tension_only: true } }",
+            "Springs by name: between two points, or torsion springs between two bodies.",
+        ),
+        optional(
+            "tendons",
+            Value::Named(Kind::Other("a tendon"), &Value::Mapping(&TENDON)),
+            "there are no tendons",
+            "{ flexor: { through: [hook, guide, tip], tension: 0.5 N } }",
+            "Tendons by name.",
+        ),
+        optional(
+            "motors",
+            Value::Named(Kind::Other("a motor"), &Value::Mapping(&MOTOR)),
+            "there are no motors",
+            "{ hip: { joint: knee, torque_constant: 5 mN*m/A, resistance: 8 ohm, gear: 50, voltage: motor } }",
+            "Motors by name.",
+        ),
+        optional(
             "contacts",
             Value::Named(Kind::Other("a contact"), &Value::Mapping(&CONTACT)),
             "nothing touches anything",
@@ -273,71 +297,6 @@ pub static INITIAL: Mapping = Mapping {
             "30 %",
             "A share of the joints' `fold`, from 0 to 100 %: where those joints start that `q` does not \
              name. The angle of a joint with `limits` stays within them.",
-        )
-        .range(Range::NotNegative),
-    ],
-    choices: &[],
-};
-
-/// An entry of `points`.
-pub static POINT: Mapping = Mapping {
-    name: "point",
-    title: "Points",
-    path: "points.<point>",
-    doc: "A point that is fixed to a body.",
-    keys: &[
-        required("body", Value::Reference { to: "body", among: "bodies" }, "arm", "The body."),
-        required("at", POSITION, "[40, 10, 0.5]", "Its position in the flat sheet."),
-    ],
-    choices: &[],
-};
-
-/// An entry of `forces`.
-pub static FORCE: Mapping = Mapping {
-    name: "force",
-    title: "Forces",
-    path: "forces.<force>",
-    doc: "A force at a point.",
-    keys: &[
-        required(
-            "point",
-            Value::Reference { to: "point", among: "points" },
-            "tip",
-            "The point at which it acts.",
-        ),
-        required(
-            "force",
-            Value::Array {
-                of: &Value::Formula(&FORCE_QUANTITY, Uses::Motion),
-                length: 3,
-                form: "`[x, y, z]`",
-            },
-            "[0, 0, \"0.01*t\"]",
-            "Its components in the base frame.",
-        ),
-    ],
-    choices: &[],
-};
-
-/// `air`.
-pub static AIR: Mapping = Mapping {
-    name: "air",
-    title: "Air",
-    path: "air",
-    doc: "Air that resists moving plates. See [HINGES.md](HINGES.md#other-laws-of-a-joint-and-air).",
-    keys: &[
-        required(
-            "density",
-            Value::Formula(&DENSITY, NO_SPEED),
-            "1.2 kg/m^3",
-            "Density of the air.",
-        )
-        .range(Range::NotNegative),
-        required(
-            "drag",
-            Value::Formula(&NUMBER, NO_SPEED),
-            "1.2",
-            "Drag coefficient of a plate that is perpendicular to the flow.",
         )
         .range(Range::NotNegative),
     ],

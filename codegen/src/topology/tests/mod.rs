@@ -90,6 +90,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
         inputs: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
+        elements: Default::default(),
         contacts: Vec::new(),
         initial_given: Vec::new(),
         size: (high - low).norm(),
