@@ -60,6 +60,7 @@ impl Program {
     #[new]
     fn new(bytes: &[u8]) -> PyResult<Self> {
         let compiled = Compiled::from_bytes(bytes).map_err(error)?;
+        compiled.program.interface.without_free("programs in Python").map_err(error)?;
         let system = Mutex::new(Executable::new(&compiled.program));
         Ok(Self { compiled: Arc::new(compiled), system })
     }

@@ -20,7 +20,7 @@
 //! only through b: the accelerations at du/dt = 0 are in the bias forces of [`loads`](super::loads).
 
 use super::binder::Binder;
-use super::closure::{Closure, Row};
+use super::closure::Closure;
 use super::equations::Elimination;
 use super::floating::{self, EliminatedBody};
 use super::inertia::{Inertias, SpatialInertia};
@@ -28,6 +28,7 @@ use super::inverse::Given;
 use super::kinematics::Kinematics;
 use super::link::{Freedom, Link};
 use super::loads::Loads;
+use super::unit_rows::{row_loads, row_torques};
 use super::vector::{Tensor, Vector, add, cross, dot, scale, sub, zero};
 use super::wrench::{Wrench, accumulate};
 use crate::program::{Phase, Section};
@@ -315,52 +316,6 @@ impl Sweep<'_> {
         }
         reduced
     }
-}
-
-/// Returns the loads of a closure force of 1 along one row: on both tips, and, if their sum is not
-/// zero, on the node at which the two sides meet.
-fn row_loads(
-    binder: &mut Binder,
-    kinematics: &Kinematics,
-    row: &Row,
-    number: usize,
-) -> Vec<Option<Wrench>> {
-    let mut loads: Vec<Option<Wrench>> = vec![None; kinematics.links().len()];
-    let closed = kinematics.closed(row.closed);
-    let (name, phase) = (format!("unit_row{number}"), Phase::ClosureRowForce);
-    for ((side, sign), row) in closed.sides().into_iter().zip(row.sides()) {
-        if side.path.is_empty() {
-            continue;
-        }
-        let load = row.unit_wrench(sign);
-        if let Some(meeting) = closed.ancestor {
-            let mut balance = load.clone();
-            for &node in side.path.iter().rev() {
-                balance = binder.wrench(node, phase, &name, balance);
-                balance = kinematics.link(node).carry_wrench(binder, phase, &name, &balance);
-            }
-            accumulate(&mut loads[meeting.index()], balance.opposite());
-        }
-        loads[side.tip.index()] = Some(load);
-    }
-    loads
-}
-
-/// Returns the torques by speed of a closure force of 1 along a row of a loop of copies, and loads that
-/// make the sweep begin at these nodes.
-fn row_torques(
-    kinematics: &Kinematics,
-    closure: &Closure,
-    number: usize,
-    speeds: usize,
-) -> (Vec<Expr>, Vec<Option<Wrench>>) {
-    let torques = closure.jacobian[number * speeds..][..speeds].to_vec();
-    let begins = |link: &Link| {
-        let acts = link.speeds().any(|speed| !torques[speed].is_zero());
-        acts.then(Wrench::zero)
-    };
-    let loads = kinematics.links().iter().map(begins).collect();
-    (torques, loads)
 }
 
 /// Returns du/dt, computed from the root to the leaves. The given accelerations are y / D.

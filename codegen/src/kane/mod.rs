@@ -25,7 +25,7 @@
 //! | closure | residual, J, gamma | `closure` |
 //! | outputs | poses, points, drives | `outputs` |
 //! | inverse dynamics | residuals at given du/dt and lambda, hinge reactions | `inverse` |
-//! | articulated bodies | M du/dt = b body by body | `articulated`, `floating` |
+//! | articulated bodies | M du/dt = b body by body | `articulated`, `floating`, `unit_rows` |
 //! | independent speeds | du/dt = N y + p without closure forces | `independent` |
 //!
 //! Modules that the phases share: `binder` names intermediates, `section` says where they belong and
@@ -59,6 +59,7 @@ mod outputs;
 mod placement;
 mod touch;
 mod turn;
+mod unit_rows;
 mod vector;
 mod wrench;
 

@@ -239,15 +239,12 @@ impl<E: Engine> Mechanism for Executable<E> {
     fn speeds(&self) -> Vec<f64> {
         vec![0.0; self.interface.speeds()]
     }
-
     fn matrix(&self) -> Vec<f64> {
         vec![0.0; self.interface.speeds() * self.interface.speeds()]
     }
-
     fn workspace(&self) -> Vec<f64> {
         vec![0.0; workspace_len(self.dimensions())]
     }
-
     fn size(&self) -> f64 {
         self.interface.size
     }

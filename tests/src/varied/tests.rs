@@ -12,11 +12,13 @@ fn models_have_every_key_of_the_schema() {
     let texts: Vec<String> = (0..MODELS).map(mechanism).collect();
     // Bodies and joints that come from drawings are those of other models.
     let is_drawn = |name: &str| name.starts_with("pattern");
-    let described = MAPPINGS.iter().filter(|mapping| !is_drawn(mapping.path));
+    // Free bodies have random models of their own (`formulation/free.rs`), because C knows none yet.
+    let is_free = |name: &str| name == "free" || name.starts_with("initial.bodies");
+    let described = MAPPINGS.iter().filter(|it| !is_drawn(it.path) && !is_free(it.path));
     let keys: BTreeSet<&str> = described
         .flat_map(|mapping| mapping.keys)
         .map(|key| key.name)
-        .filter(|name| !is_drawn(name))
+        .filter(|name| !is_drawn(name) && !is_free(name))
         .collect();
     assert!(keys.len() > 40);
     for key in keys {

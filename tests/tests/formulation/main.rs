@@ -13,6 +13,7 @@ mod family;
 mod folds;
 mod forces;
 mod formulas;
+mod free;
 mod hinges;
 mod motions;
 mod near_flat;

@@ -7,6 +7,7 @@ use super::body::{Bodies, constant};
 use super::exports::exports;
 use super::implementation::{batch, mechanism};
 use super::methods::methods;
+use super::sizes::sizes;
 use super::straight_line::straight_line;
 use super::{Options, ScalarChoice};
 use crate::backend::identifiers::{Names, type_name};
@@ -109,69 +110,6 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
 /// Returns a count as a literal without a type suffix.
 pub fn number(value: usize) -> Literal {
     Literal::usize_unsuffixed(value)
-}
-
-fn sizes(program: &Program) -> TokenStream {
-    let interface = &program.interface;
-    let (n, rows) = (number(interface.joints.len()), number(interface.rows));
-    let (nq, nu) = (number(interface.coordinates()), number(interface.speeds()));
-    let (loops, bodies) = (number(interface.loops.len()), number(interface.bodies.len()));
-    let points = number(interface.points.len());
-    let joint_names = interface.joints.iter().map(|joint| &joint.name);
-    let body_names = interface.bodies.iter().map(|body| &body.name);
-    let point_names = &interface.points;
-    let unused = unused();
-    let [coordinates, speeds] = match interface.free.is_empty() {
-        true => [" NQ: coordinates, one angle per joint.", " NU: speeds, as many as coordinates."],
-        false => [
-            " NQ: coordinates: one angle per joint; then per free body its displacement (m) and its unit \
-             quaternion w x y z.",
-            " NU: speeds: one per joint; then per free body its velocity (m/s) in the base frame and its \
-             angular velocity (rad/s) in its own.",
-        ],
-    };
-    let free_names = interface.free.iter().map(|body| &body.name);
-    let count = number(interface.free.len());
-    let free = (!interface.free.is_empty()).then(|| {
-        quote! {
-            /// Free bodies, in the order of q and u.
-            #unused
-            pub const FREE_BODIES: [&str; #count] = [#(#free_names),*];
-        }
-    });
-    let contacts = (!interface.contacts.is_empty()).then(|| {
-        let (names, count) = (&interface.contacts, number(interface.contacts.len()));
-        quote! {
-            /// Contact points: the contact, then the point or the body and its corner.
-            #unused
-            pub const CONTACTS: [&str; #count] = [#(#names),*];
-        }
-    });
-    quote! {
-        #[doc = #coordinates]
-        #unused
-        pub const NQ: usize = #nq;
-        #[doc = #speeds]
-        #unused
-        pub const NU: usize = #nu;
-        /// Closure rows of the acceleration.
-        #unused
-        pub const C: usize = #rows;
-        /// Closed loops: nine closure residuals each.
-        #unused
-        pub const LOOPS: usize = #loops;
-        /// Joints, in the order of q and u.
-        #unused
-        pub const JOINTS: [&str; #n] = [#(#joint_names),*];
-        #free
-        /// Bodies, in the order of the poses.
-        #unused
-        pub const BODIES: [&str; #bodies] = [#(#body_names),*];
-        /// Output points.
-        #unused
-        pub const POINTS: [&str; #points] = [#(#point_names),*];
-        #contacts
-    }
 }
 
 /// Returns the attribute that silences the warning about items that a program does not use.

@@ -10,6 +10,7 @@ mod header;
 mod implementation;
 mod items;
 mod methods;
+mod sizes;
 mod straight_line;
 mod tables;
 

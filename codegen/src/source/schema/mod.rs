@@ -11,6 +11,7 @@ pub use super::units::{FREQUENCY, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all
 mod contacts;
 mod elements;
 mod forces;
+mod initial;
 mod joints;
 mod model;
 mod parts;
@@ -20,8 +21,9 @@ pub(crate) use contacts::{ALL, BODIES_FORM, CORNERS, OUTLINE, POINTS_FORM};
 pub use contacts::{CONTACT, PLANE};
 pub use elements::{BAND, MOTOR, TENDON, TWIST};
 pub use forces::{AIR, FORCE, POINT};
+pub use initial::{FREE_BODY, INITIAL};
 pub use joints::{CREASE_JOINT, FRICTION, JOINT};
-pub use model::{FREE_BODY, HINGE_MODEL, INITIAL, MATERIAL, MODEL, UNITS};
+pub use model::{HINGE_MODEL, MATERIAL, MODEL, UNITS};
 pub(super) use model::{SPECIMEN, TERM};
 pub use parts::{BODY, HINGE_BEAM, HINGE_FAMILY, HINGE_SHARIFZADEH2018, PLATE, POINT_MASS};
 pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, SLIT, VERTEX};
