@@ -31,7 +31,10 @@ parameters: { k: 11.4 mN*m/rad }
 inputs: [motor]
 bodies:
   base: { fixed: true }
-  wall: { fixed: true }
+  wall:
+    fixed: true
+    point_masses: [{ mass: 1, at: [0, 0, 0] }, { mass: 1, at: [9, 0, 0] }, { mass: 1, at: [0, 9, 0] }]
+  hull: { free: true, mass: 2 g, com: [0, 0, 9], inertia: [[1e-7, 0, 0], [0, 1e-7, 0], [0, 0, 1e-7]] }
   arm: { outline: [[0, 0], [40, 0], [40, 20], [0, 20]] }
   hand: { outline: [[40, 0], [60, 0], [60, 20], [40, 20]] }
   foot:
@@ -59,7 +62,7 @@ pattern:
   fold: { mountain: -170 deg }
   joints: { crease_48_m50: { friction: { torque: 1e-4, speed: 2 } } }
   layers: { cut: OUTLINE }
-initial: { q: { knee: 20 } }
+initial: { q: { knee: 20 }, bodies: { hull: { position: [0, 0, 50], turn: [0, 30, 0] } } }
 points:
   tip: { body: arm, at: [40, 10, 0.5] }
   guide: { body: hand, at: [50, 10, 0] }
@@ -384,6 +387,7 @@ fn pointer(mapping: &Mapping) -> &'static str {
         "crease joint" => "/pattern/joints/crease_48_m50",
         "layers" => "/pattern/layers",
         "initial" => "/initial",
+        "state of a free body" => "/initial/bodies/hull",
         "point" => "/points/tip",
         "force" => "/forces/pull",
         "band" => "/springs/rubber",

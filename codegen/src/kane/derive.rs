@@ -77,10 +77,7 @@ fn equations(
         let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);
         bodies.elimination(b)
     });
-    let problems = b.problems();
-    if problems.has_errors() {
-        return Err(problems);
-    }
+    defined(b)?;
     Ok(Equations {
         topology: topology.clone(),
         mass: b.trees(mass.entries()),
@@ -106,6 +103,12 @@ fn equations(
         bindings: b.bindings(),
         facts: b.facts(),
     })
+}
+
+/// Returns the errors in the formulas of the model, if there are any.
+fn defined(binder: &mut Binder) -> Result<(), Diagnostics> {
+    let problems = binder.problems();
+    if problems.has_errors() { Err(problems) } else { Ok(()) }
 }
 
 /// Derives the solution for independent speeds, for mechanisms of several loops.

@@ -3,7 +3,7 @@
 //! A joint that reaches a body already in the tree closes a loop: it carries a ghost of that body.
 
 use super::graph::{Connection, LoopId, Node, NodeId};
-use crate::laminate::{FreeId, Mechanism};
+use crate::laminate::{FreeBody, FreeId, Mechanism};
 use crate::source::codes;
 use crate::source::{BodyId, Diagnostic, Diagnostics, JointId};
 
@@ -36,36 +36,16 @@ pub struct Cut {
 pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnostics> {
     refuse_dead_joints(mechanism)?;
     let bodies = &mechanism.bodies;
-    let mut joints_of: Vec<Vec<JointId>> = vec![Vec::new(); bodies.len()];
-    let mut joints_of_ground = Vec::new();
-    for (index, joint) in mechanism.joints.iter().enumerate() {
-        for body in joint.bodies {
-            if bodies[body.index()].fixed {
-                joints_of_ground.push(JointId(index));
-            } else {
-                joints_of[body.index()].push(JointId(index));
-            }
-        }
-    }
-
+    let (joints_of_ground, joints_of) = joints_by_body(mechanism);
     let mut nodes: Vec<Node> = Vec::new();
     let mut placed: Vec<Option<NodeId>> = vec![None; bodies.len()];
     let mut used = vec![false; mechanism.joints.len()];
     // The bodies that the search has reached, the ground and the free bodies first.
     let mut visited: Vec<Option<NodeId>> = vec![None];
-    for (index, free) in mechanism.free.iter().enumerate() {
-        let id = NodeId(index);
-        placed[free.body.index()] = Some(id);
-        visited.push(Some(id));
-        let connection = Connection::Free(FreeId(index));
-        nodes.push(Node {
-            connection,
-            body: free.body,
-            ghost: None,
-            parent: None,
-            sense: 1.0,
-            share: 1.0,
-        });
+    for (node, body) in free_bodies(mechanism) {
+        placed[body.index()] = Some(NodeId(nodes.len()));
+        visited.push(Some(NodeId(nodes.len())));
+        nodes.push(node);
     }
     // Joints at which loops are cut come last, when all bodies are in the tree.
     for closing in [false, true] {
@@ -105,6 +85,31 @@ pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnosti
     let cuts = cuts(&mut nodes, &placed);
     share_mass(&mut nodes, bodies.len());
     Ok(Tree { nodes, cuts })
+}
+
+/// Returns the joints of the ground, and those of each other body.
+fn joints_by_body(mechanism: &Mechanism) -> (Vec<JointId>, Vec<Vec<JointId>>) {
+    let bodies = &mechanism.bodies;
+    let mut joints_of: Vec<Vec<JointId>> = vec![Vec::new(); bodies.len()];
+    let mut joints_of_ground = Vec::new();
+    for (index, joint) in mechanism.joints.iter().enumerate() {
+        for body in joint.bodies {
+            if bodies[body.index()].fixed {
+                joints_of_ground.push(JointId(index));
+            } else {
+                joints_of[body.index()].push(JointId(index));
+            }
+        }
+    }
+    (joints_of_ground, joints_of)
+}
+
+/// Returns the node of each free body, with the body.
+fn free_bodies(mechanism: &Mechanism) -> impl Iterator<Item = (Node, BodyId)> {
+    mechanism.free.iter().enumerate().map(|(index, &FreeBody { body, .. })| {
+        let connection = Connection::Free(FreeId(index));
+        (Node { connection, body, ghost: None, parent: None, sense: 1.0, share: 1.0 }, body)
+    })
 }
 
 fn refuse_dead_joints(mechanism: &Mechanism) -> Result<(), Diagnostics> {

@@ -31,10 +31,9 @@ pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> To
     let positions = table(&|joint| joint.initial_q, free.iter().flat_map(|body| body.q).collect());
     let speeds = table(&|joint| joint.initial_u, free.iter().flat_map(|body| body.u).collect());
     let pinned = interface.joints.iter().map(|joint| joint.initial_given);
-    let size = constant(choice, interface.size);
     let (dimensions, allowances) = (dimensions(program), allowances());
     let (evaluations, functions) = (evaluations(program, syntax), functions(program, syntax));
-    let steps = steps(program, scalar, false);
+    let (size, steps) = (constant(choice, interface.size), steps(program, scalar, false));
     quote! {
         #dimensions
 

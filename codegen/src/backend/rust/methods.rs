@@ -13,10 +13,11 @@ pub fn methods(program: &Program, syntax: &Syntax) -> TokenStream {
     let (model, unused) = (model(program), unused());
     let (algorithms, solutions) = (algorithms(program, syntax), solutions(program, syntax));
     let (evaluations, optional) = (evaluations(program, syntax), optional(program, syntax));
+    let momentum = momentum(program, syntax);
     quote! {
         #unused
         #[allow(clippy::type_complexity, reason = "a state and what was found")]
-        impl #bound #model #generic { #algorithms #solutions #evaluations #optional }
+        impl #bound #model #generic { #algorithms #solutions #evaluations #momentum #optional }
     }
 }
 
@@ -180,20 +181,6 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
             }
         });
     }
-    if has(program, FunctionKind::Momentum) {
-        let momentum = method(FunctionKind::Momentum);
-        methods.extend(quote! {
-            /// Centre of mass and momenta of all moving bodies together, in the base frame.
-            pub fn momentum(
-                &self, q: &[#scalar; #nq], u: &[#scalar; #n],
-            ) -> ::lamc_runtime::Momentum<#scalar> {
-                let momentum = &mut [#zero; 9];
-                self.#momentum(q, u, momentum);
-                let [centre, linear, angular] = ::lamc_runtime::plumbing::matrix(momentum);
-                ::lamc_runtime::Momentum { centre, linear, angular }
-            }
-        });
-    }
     if has(program, FunctionKind::Poses) {
         let (bodies, poses) = (interface.bodies.len(), method(FunctionKind::Poses));
         let (length, bodies) = (number(12 * bodies), number(bodies));
@@ -255,4 +242,26 @@ fn contacts(program: &Program, syntax: &Syntax) -> TokenStream {
             ::lamc_runtime::plumbing::matrix(contacts)
         }
     }
+}
+
+/// Returns the method for momenta, if the program has a function for it.
+fn momentum(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let [nq, n] = [program.interface.coordinates(), program.interface.speeds()].map(number);
+    let mut methods = TokenStream::new();
+    if has(program, FunctionKind::Momentum) {
+        let momentum = method(FunctionKind::Momentum);
+        methods.extend(quote! {
+            /// Centre of mass and momenta of all moving bodies together, in the base frame.
+            pub fn momentum(
+                &self, q: &[#scalar; #nq], u: &[#scalar; #n],
+            ) -> ::lamc_runtime::Momentum<#scalar> {
+                let momentum = &mut [#zero; 9];
+                self.#momentum(q, u, momentum);
+                let [centre, linear, angular] = ::lamc_runtime::plumbing::matrix(momentum);
+                ::lamc_runtime::Momentum { centre, linear, angular }
+            }
+        });
+    }
+    methods
 }

@@ -17,15 +17,7 @@ pub fn sizes(program: &Program) -> TokenStream {
     let body_names = interface.bodies.iter().map(|body| &body.name);
     let point_names = &interface.points;
     let unused = unused();
-    let [coordinates, speeds] = match interface.free.is_empty() {
-        true => [" NQ: coordinates, one angle per joint.", " NU: speeds, as many as coordinates."],
-        false => [
-            " NQ: coordinates: one angle per joint; then per free body its displacement (m) and its unit \
-             quaternion w x y z.",
-            " NU: speeds: one per joint; then per free body its velocity (m/s) in the base frame and its \
-             angular velocity (rad/s) in its own.",
-        ],
-    };
+    let [coordinates, speeds] = docs(interface.free.is_empty());
     let free_names = interface.free.iter().map(|body| &body.name);
     let count = number(interface.free.len());
     let free = (!interface.free.is_empty()).then(|| {
@@ -67,5 +59,18 @@ pub fn sizes(program: &Program) -> TokenStream {
         #unused
         pub const POINTS: [&str; #points] = [#(#point_names),*];
         #contacts
+    }
+}
+
+/// Returns the documentation of NQ and NU.
+fn docs(joints_only: bool) -> [&'static str; 2] {
+    match joints_only {
+        true => [" NQ: coordinates, one angle per joint.", " NU: speeds, as many as coordinates."],
+        false => [
+            " NQ: coordinates: one angle per joint; then per free body its displacement (m) and its unit \
+             quaternion w x y z.",
+            " NU: speeds: one per joint; then per free body its velocity (m/s) in the base frame and its \
+             angular velocity (rad/s) in its own.",
+        ],
     }
 }

@@ -27,7 +27,7 @@ codes! {
          described, and none is free."
         "Give one of the bodies `fixed: true`, or `free: true` if nothing holds it.";
     FIXED_AND_FREE "fixed-and-free"
-        "A body is both fixed and free."
+        "A body has both `fixed` and `free`."
         "Remove one of the two keys.";
     NOT_FREE "not-free"
         "`initial.bodies` names a body that is not free. Where a body on hinges is follows from their angles."

@@ -4,7 +4,9 @@ use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::{Fields, array, items};
 use crate::source::model::{Body, MAX_VERTICES, Plate, PointMass, Shape};
-use crate::source::schema::{BODY, INERTIA_ROW, PLATE, PLATES, POINT_MASS, RING, SLIT, Value};
+use crate::source::schema::{
+    BODY, INERTIA_ROW, PLATE, PLATES, POINT_MASS, RING, SHAPES, SLIT, Value,
+};
 use crate::source::yaml::{Entry, Node, shorten};
 
 use super::Lowering;
@@ -79,10 +81,10 @@ impl Lowering<'_> {
         let owner = format!("body `{}`", shorten(&entry.key.value));
         let fields = Fields::new(&entry.value, at, owner, &BODY, &mut self.diagnostics)?;
         let [fixed, free] = ["fixed", "free"].map(|key| self.boolean(&fields, key));
-        if let (Some(true), Some(true), Some(key)) = (fixed, free, fields.entry("free")) {
+        if let (Some(_), Some(key)) = (fields.entry("fixed"), fields.entry("free")) {
             let message = format!("body `{}` is fixed and free", shorten(&entry.key.value));
             let error = Diagnostic::error(codes::FIXED_AND_FREE, key.key.span, message);
-            self.note(error.hint("remove `fixed: true` or `free: true`"));
+            self.note(error.hint("remove `fixed` or `free`"));
         }
         let shape = self.shape(&fields, layers);
         let slits = match fields.get("slits") {
@@ -133,7 +135,7 @@ impl Lowering<'_> {
     }
 
     fn shape(&mut self, fields: &Fields, layers: Option<usize>) -> Option<Shape> {
-        let ways = BODY.choices.iter().copied().flatten();
+        let ways = SHAPES.iter();
         let mut given = ways.flat_map(|way| {
             way.iter().filter_map(|key| fields.entry(key)).map(move |entry| (entry, way[0]))
         });

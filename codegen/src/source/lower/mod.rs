@@ -71,6 +71,16 @@ pub(super) fn lower(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Dia
     (model, lowering.diagnostics)
 }
 
+/// Returns which bodies are fixed and which are free, those of the file first.
+fn fixed_and_free(bodies: &[Entry], pattern: Option<&Option<Patterned>>) -> [Vec<bool>; 2] {
+    let [mut fixed, mut free] = ["fixed", "free"].map(|key| bodies::marked(bodies, key));
+    for pattern in pattern.into_iter().flatten() {
+        fixed.extend(pattern.fixed());
+        free.extend(pattern.free());
+    }
+    [fixed, free]
+}
+
 impl Lowering<'_> {
     fn model(&mut self, root: &Node, file: &SourceFile) -> Option<SourceModel> {
         let start = Span { start: root.span.start, end: root.span.start };
@@ -90,14 +100,11 @@ impl Lowering<'_> {
         let pattern = self.pattern(&fields, file, &declared, sheet, given);
         let layers = fields.get("layup").map(|_| layup.as_ref().map_or(0, Vec::len));
         let bodies = self.each(declared.bodies, |this, entry| this.body(entry, layers));
-        let mut fixed = bodies::marked(declared.bodies, "fixed");
-        fixed.extend(pattern.iter().flatten().flat_map(|pattern| pattern.fixed()));
+        let [fixed, free] = fixed_and_free(declared.bodies, pattern.as_ref());
         self.refuse_without_motion(&fields, &declared, &pattern);
         let hinge_models = self.each(declared.hinge_models, Self::hinge_model);
         let joints = self.each(declared.joints, |this, it| this.joint(it, &fixed, &materials));
         let tunable = self.tunable(&fields, declared.parameters, &inputs, &fixed);
-        let mut free = bodies::marked(declared.bodies, "free");
-        free.extend(pattern.iter().flatten().flat_map(|pattern| pattern.free()));
         let initial = self.initial(&fields, &free);
         let points = self.each(declared.points, Self::point);
         let forces = self.each(declared.forces, Self::force);

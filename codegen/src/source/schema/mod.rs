@@ -26,7 +26,7 @@ pub use joints::{CREASE_JOINT, FRICTION, JOINT};
 pub use model::{HINGE_MODEL, MATERIAL, MODEL, UNITS};
 pub(super) use model::{SPECIMEN, TERM};
 pub use parts::{BODY, HINGE_BEAM, HINGE_FAMILY, HINGE_SHARIFZADEH2018, PLATE, POINT_MASS};
-pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, SLIT, VERTEX};
+pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, SHAPES, SLIT, VERTEX};
 pub use pattern::{CREASE, CREASE_HINGE, FOLD, LAYERS, PATTERN};
 #[cfg(feature = "drawings")]
 pub(super) use pattern::{DRAWN, LAYER_NAMES};
@@ -190,6 +190,7 @@ pub const MAPPINGS: &[&Mapping] = &[
     &CREASE_JOINT,
     &LAYERS,
     &INITIAL,
+    &FREE_BODY,
     &POINT,
     &FORCE,
     &BAND,

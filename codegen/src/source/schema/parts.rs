@@ -136,8 +136,12 @@ pub static BODY: Mapping = Mapping {
             "Masses without extent that are fixed to the body.",
         ),
     ],
-    choices: &[&[&["outline", "holes"], &["layers"], &["mass", "com", "inertia"]]],
+    choices: &[SHAPES, &[&["fixed"], &["free"]]],
 };
+
+/// The ways to give a body its mass properties.
+pub(crate) const SHAPES: super::Choice =
+    &[&["outline", "holes"], &["layers"], &["mass", "com", "inertia"]];
 
 /// An item of a layer.
 pub static PLATE: Mapping = Mapping {
