@@ -112,11 +112,12 @@ fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
                 rows - pivots
             )
         }
-        _ if has(Phase::MassFactor) => {
-            writeln!(text, "acceleration: by a factor of the mass matrix")
-        }
-        _ if has(Phase::ArticulatedInertia) => {
+        _ if has(Phase::ArticulatedInertia) || has(Phase::FreeElimination) => {
             writeln!(text, "acceleration: by articulated inertias, body by body")
+        }
+        // The mass matrix of a single body is constant, and so is its factor.
+        _ if !acceleration.outputs.is_empty() => {
+            writeln!(text, "acceleration: by a factor of the mass matrix")
         }
         _ => writeln!(text, "acceleration: solved by the runtime, without straight-line code"),
     }

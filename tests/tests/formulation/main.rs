@@ -14,6 +14,7 @@ mod folds;
 mod forces;
 mod formulas;
 mod free;
+mod free_contacts;
 mod hinges;
 mod motions;
 mod near_flat;
