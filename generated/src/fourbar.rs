@@ -25,7 +25,7 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 203 operations: 101 add, 98 mul, 0 div, 4 sin_cos, 0 other
-//   momentum: 180 operations: 82 add, 94 mul, 0 div, 4 sin_cos, 0 other
+//   momentum: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   tangent: 146 operations: 55 add, 87 mul, 0 div, 4 sin_cos, 0 other
 //   acceleration: 219 operations: 80 add, 123 mul, 6 div, 4 sin_cos, 6 other
 //   projection: 235 operations: 92 add, 127 mul, 6 div, 4 sin_cos, 6 other
@@ -125,13 +125,10 @@ mod constants {
     pub const GRAVITY_Z: f64 = 9.81;
     pub const STIFFNESS_CRANK_HINGE_SQUARED: f64 = 100.0;
     pub const DAMPING_CRANK_HINGE: f64 = 0.1;
-    pub const INVERSE_MASS: f64 = 544.4172371171035;
-    pub const CENTRE_OF_MASS_Y: f64 = 0.2601379705837282;
     // crank
     pub const MASS_CRANK_TIMES_OFFSET_CRANK_Z: f64 = 1.6596130125000005e-6;
     pub const FIRST_MOMENT_CRANK_Y: f64 = 1.7751658919535306e-4;
     pub const SECOND_MOMENT_CRANK_XY: f64 = 2.2278278689040052e-5;
-    pub const SECOND_MOMENT_CRANK_YY_PLUS_SECOND_MOMENT_CRANK_ZZ: f64 = 6.319884794476543e-5;
     pub const MINIMAL_FIRST_MOMENT_CRANK_Y_TIMES_GRAVITY_Z: f64 = 3.1463985397908126e-3;
     pub const OFFSET_CRANK_X: f64 = 0.3137601;
     pub const OFFSET_CRANK_Z: f64 = 2.5e-3;
@@ -140,7 +137,6 @@ mod constants {
     pub const FIRST_MOMENT_ROCKER_X_TIMES_GRAVITY_Z: f64 = 7.784866636882511e-4;
     pub const FIRST_MOMENT_ROCKER_Y: f64 = 1.63676778025815e-4;
     pub const SECOND_MOMENT_ROCKER_XY: f64 = 2.037770976118056e-5;
-    pub const SECOND_MOMENT_ROCKER_YY_PLUS_SECOND_MOMENT_ROCKER_ZZ: f64 = 5.5954153788808836e-5;
     pub const MINIMAL_FIRST_MOMENT_ROCKER_Y_TIMES_GRAVITY_Z: f64 = 2.954834596588329e-3;
     pub const OFFSET_ROCKER_X: f64 = 0.1645431;
     // coupler
@@ -180,8 +176,6 @@ mod constants {
     pub const REACTIONS_0_1_FACTOR: f64 = 6.512321461050003e-3;
     pub const REACTIONS_0_4_FACTOR: f64 = 8.172943896653371e-4;
     pub const REACTIONS_1_1_FACTOR: f64 = 6.252919996500001e-3;
-    pub const MOMENTUM_2_0_FACTOR: f64 = 0.012692670583728166;
-    pub const MOMENTUM_2_0_FACTOR_2: f64 = 0.2626926705837282;
     pub const PIVOT_ROW_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR: f64 = 2.5460203295022628;
     pub const ARTICULATED_INERTIA_ROCKER_XX_FACTOR: f64 = 0.2637581507612099;
     pub const ARTICULATED_INERTIA_ROCKER_XX_TERM: f64 = 1.2658576830022603e-4;
@@ -360,17 +354,6 @@ impl<S: ::lamc_runtime::Scalar> Fourbar<S> {
             gamma,
         }
     }
-    /// Centre of mass and momenta of all moving bodies together, in the base frame.
-    pub fn momentum(&self, q: &[S; 4], u: &[S; 4]) -> ::lamc_runtime::Momentum<S> {
-        let momentum = &mut [S::ZERO; 9];
-        self.momentum_into(q, u, momentum);
-        let [centre, linear, angular] = ::lamc_runtime::plumbing::matrix(momentum);
-        ::lamc_runtime::Momentum {
-            centre,
-            linear,
-            angular,
-        }
-    }
     /// Energies at a state, J.
     pub fn energy(&self, t: S, q: &[S; 4], u: &[S; 4]) -> ::lamc_runtime::Energy<S> {
         let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
@@ -483,13 +466,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Fourbar<S> {
         u: &Self::Speeds,
     ) -> ::core::result::Result<::lamc_runtime::Energy<S>, ::lamc_runtime::Error> {
         Ok(Fourbar::energy(self, t, q, u))
-    }
-    fn momentum(
-        &self,
-        q: &Self::Coordinates,
-        u: &Self::Speeds,
-    ) -> ::core::result::Result<::lamc_runtime::Momentum<S>, ::lamc_runtime::Error> {
-        Ok(Fourbar::momentum(self, q, u))
     }
     fn poses(
         &self,
@@ -1197,9 +1173,8 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             + mul_add(c(-FIRST_MOMENT_CRANK_Y), a[0], cos_crank_hinge * c(-REACTIONS_0_1_FACTOR))));
         reactions[3] = -mul_add(c(OFFSET_COUPLER_Y), transmitted_force_in_parent_coupler_z,
             net_moment_coupler_x + mul_add(c(OFFSET_COUPLER_Y), closure_force_in_parent_coupler_z,
-            mul_add(c(-1.7414377400064135e-3), cos_crank_hinge,
-            mul_add(c(-SECOND_MOMENT_CRANK_YY_PLUS_SECOND_MOMENT_CRANK_ZZ), a[0],
-            closure_moment_coupler_x))));
+            mul_add(c(-1.7414377400064135e-3), cos_crank_hinge, mul_add(c(-6.319884794476543e-5),
+            a[0], closure_moment_coupler_x))));
         reactions[4] = -reactions_0_4_sum;
         reactions[5] = -reactions_0_5_sum;
         reactions[6] = c(0.0);
@@ -1210,9 +1185,8 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         reactions[9] = -mul_add(c(OFFSET_COUPLER_GHOST0_Y),
             transmitted_force_in_parent_coupler_ghost0_z, net_moment_coupler_ghost0_x
             + mul_add(c(OFFSET_COUPLER_GHOST0_Y), closure_force_in_parent_coupler_ghost0_z,
-            mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge,
-            mul_add(c(-SECOND_MOMENT_ROCKER_YY_PLUS_SECOND_MOMENT_ROCKER_ZZ), a[1],
-            closure_moment_coupler_ghost0_x))));
+            mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge, mul_add(c(-5.5954153788808836e-5),
+            a[1], closure_moment_coupler_ghost0_x))));
         reactions[10] = -transmitted_moment_rocker_y;
         reactions[11] = -transmitted_moment_rocker_z;
         reactions[12] = c(0.0);
@@ -1227,147 +1201,6 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         reactions[21] = -(net_moment_coupler_ghost0_x + closure_moment_coupler_ghost0_x);
         reactions[22] = -net_moment_coupler_ghost0_y;
         reactions[23] = -net_moment_coupler_ghost0_z;
-    }
-    /// The centre of mass of all moving bodies together, and their momenta, in the base frame.
-    fn momentum_into(&self, q: &[S; 4], u: &[S; 4], momentum: &mut [S; 9]) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let [
-            (sin_crank_hinge, cos_crank_hinge),
-            (sin_rocker_hinge, cos_rocker_hinge),
-            (sin_coupler_crank, cos_coupler_crank),
-            (sin_coupler_rocker, cos_coupler_rocker),
-        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // coupler: angular velocity: w = R^T w_parent + u e_x
-        let omega_coupler_x = u[0] + u[2];
-        // coupler: velocity: v = R^T (v_parent + w_parent x r)
-        let u_crank_hinge_product = u[0] * c(OFFSET_COUPLER_Y);
-        let velocity_coupler_y = sin_coupler_crank * u_crank_hinge_product;
-        let velocity_coupler_z = cos_coupler_crank * u_crank_hinge_product;
-        // coupler: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
-            cos_crank_hinge * cos_coupler_crank);
-        let sin_crank_hinge_times_cos_coupler_crank = sin_crank_hinge * cos_coupler_crank;
-        let cos_crank_hinge_times_sin_coupler_crank = cos_crank_hinge * sin_coupler_crank;
-        let axis_y_coupler_z = sin_crank_hinge_times_cos_coupler_crank
-            + cos_crank_hinge_times_sin_coupler_crank;
-        let axis_z_coupler_x = -sin_crank_hinge_times_cos_coupler_crank
-            - cos_crank_hinge_times_sin_coupler_crank;
-        let origin_coupler_x = mul_add(c(OFFSET_COUPLER_Y), cos_crank_hinge, c(-OFFSET_CRANK_X));
-        let origin_coupler_z = mul_add(c(OFFSET_COUPLER_Y), sin_crank_hinge,
-            c(DRAWN_ORIGIN_COUPLER_Z));
-        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let omega_coupler_ghost0_x = u[1] + u[3];
-        // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
-        let u_rocker_hinge_product = u[1] * c(OFFSET_COUPLER_GHOST0_Y);
-        let velocity_coupler_ghost0_y = sin_coupler_rocker * u_rocker_hinge_product;
-        let velocity_coupler_ghost0_z = cos_coupler_rocker * u_rocker_hinge_product;
-        // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
-            cos_rocker_hinge * cos_coupler_rocker);
-        let sin_rocker_hinge_times_cos_coupler_rocker = sin_rocker_hinge * cos_coupler_rocker;
-        let cos_rocker_hinge_times_sin_coupler_rocker = cos_rocker_hinge * sin_coupler_rocker;
-        let axis_y_coupler_ghost0_z = sin_rocker_hinge_times_cos_coupler_rocker
-            + cos_rocker_hinge_times_sin_coupler_rocker;
-        let axis_z_coupler_ghost0_x = -sin_rocker_hinge_times_cos_coupler_rocker
-            - cos_rocker_hinge_times_sin_coupler_rocker;
-        let origin_coupler_ghost0_x = mul_add(c(OFFSET_COUPLER_GHOST0_Y), cos_rocker_hinge,
-            c(-OFFSET_ROCKER_X));
-        let origin_coupler_ghost0_z = mul_add(c(OFFSET_COUPLER_GHOST0_Y), sin_rocker_hinge,
-            c(OFFSET_CRANK_Z));
-        // mechanism: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let centre_of_mass_x_sum = mul_add(c(FIRST_MOMENT_COUPLER_GHOST0_Y),
-            axis_y_coupler_ghost0_x, axis_y_coupler_x * c(FIRST_MOMENT_COUPLER_Y))
-            + (mul_add(c(FIRST_MOMENT_ROCKER_Y), cos_rocker_hinge, mul_add(c(FIRST_MOMENT_CRANK_Y),
-            cos_crank_hinge, c(-3.1316834588453554e-4))) + mul_add(c(MASS_COUPLER),
-            origin_coupler_ghost0_x, origin_coupler_x * c(MASS_COUPLER)));
-        let centre_of_mass_x = c(INVERSE_MASS) * centre_of_mass_x_sum;
-        let centre_of_mass_z_sum = mul_add(c(FIRST_MOMENT_COUPLER_GHOST0_Y),
-            axis_y_coupler_ghost0_z, axis_y_coupler_z * c(FIRST_MOMENT_COUPLER_Y))
-            + (mul_add(c(FIRST_MOMENT_ROCKER_Y), sin_rocker_hinge, mul_add(c(FIRST_MOMENT_CRANK_Y),
-            sin_crank_hinge, c(3.2531196375000004e-6))) + mul_add(c(MASS_COUPLER),
-            origin_coupler_ghost0_z, origin_coupler_z * c(MASS_COUPLER)));
-        let centre_of_mass_z = c(INVERSE_MASS) * centre_of_mass_z_sum;
-        // coupler: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_coupler_y = velocity_coupler_y * c(MASS_COUPLER);
-        let momentum_force_coupler_z = mul_add(c(FIRST_MOMENT_COUPLER_Y), omega_coupler_x,
-            velocity_coupler_z * c(MASS_COUPLER));
-        let momentum_moment_coupler_y = mul_add(c(-SECOND_MOMENT_COUPLER_XY), omega_coupler_x,
-            velocity_coupler_z * c(-FIRST_MOMENT_COUPLER_X));
-        let momentum_moment_coupler_z = velocity_coupler_y * c(FIRST_MOMENT_COUPLER_X);
-        let linear_momentum_coupler_x = mul_add(axis_z_coupler_x, momentum_force_coupler_z,
-            axis_y_coupler_x * momentum_force_coupler_y);
-        let linear_momentum_coupler_z = mul_add(axis_y_coupler_z, momentum_force_coupler_y,
-            axis_y_coupler_x * momentum_force_coupler_z);
-        // coupler_ghost0: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_coupler_ghost0_y = velocity_coupler_ghost0_y * c(MASS_COUPLER_GHOST0);
-        let momentum_force_coupler_ghost0_z = mul_add(c(FIRST_MOMENT_COUPLER_GHOST0_Y),
-            omega_coupler_ghost0_x, velocity_coupler_ghost0_z * c(MASS_COUPLER_GHOST0));
-        let momentum_moment_coupler_ghost0_y = mul_add(c(-SECOND_MOMENT_COUPLER_GHOST0_XY),
-            omega_coupler_ghost0_x, velocity_coupler_ghost0_z * c(-FIRST_MOMENT_COUPLER_GHOST0_X));
-        let momentum_moment_coupler_ghost0_z =
-            velocity_coupler_ghost0_y * c(FIRST_MOMENT_COUPLER_GHOST0_X);
-        let linear_momentum_coupler_ghost0_x = mul_add(axis_z_coupler_ghost0_x,
-            momentum_force_coupler_ghost0_z,
-            axis_y_coupler_ghost0_x * momentum_force_coupler_ghost0_y);
-        let linear_momentum_coupler_ghost0_z = mul_add(axis_y_coupler_ghost0_z,
-            momentum_force_coupler_ghost0_y,
-            axis_y_coupler_ghost0_x * momentum_force_coupler_ghost0_z);
-        // crank: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_crank_z = u[0] * c(FIRST_MOMENT_CRANK_Y);
-        let minus_momentum_moment_crank_y = u[0] * c(SECOND_MOMENT_CRANK_XY);
-        let minus_linear_momentum_crank_x = sin_crank_hinge * momentum_force_crank_z;
-        let linear_momentum_crank_z = cos_crank_hinge * momentum_force_crank_z;
-        let centre_of_mass_z_sum_2 = c(OFFSET_CRANK_Z) - centre_of_mass_z;
-        // rocker: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_rocker_z = u[1] * c(FIRST_MOMENT_ROCKER_Y);
-        let minus_momentum_moment_rocker_y = u[1] * c(SECOND_MOMENT_ROCKER_XY);
-        let minus_linear_momentum_rocker_x = sin_rocker_hinge * momentum_force_rocker_z;
-        let linear_momentum_rocker_z = cos_rocker_hinge * momentum_force_rocker_z;
-        // mechanism: results: what the function returns
-        let momentum_2_0_sum = mul_add(c(MOMENTUM_2_0_FACTOR_2), linear_momentum_rocker_z,
-            linear_momentum_crank_z * c(MOMENTUM_2_0_FACTOR)) - mul_add(cos_rocker_hinge,
-            minus_momentum_moment_rocker_y, cos_crank_hinge * minus_momentum_moment_crank_y)
-            + mul_add(axis_z_coupler_ghost0_x, momentum_moment_coupler_ghost0_z,
-            axis_z_coupler_x * momentum_moment_coupler_z);
-        let momentum_2_1_sum = mul_add(c(FIRST_MOMENT_COUPLER_GHOST0_Y), velocity_coupler_ghost0_z,
-            mul_add(c(FIRST_MOMENT_COUPLER_Y), velocity_coupler_z,
-            mul_add(c(SECOND_MOMENT_ROCKER_YY_PLUS_SECOND_MOMENT_ROCKER_ZZ), u[1],
-            u[0] * c(SECOND_MOMENT_CRANK_YY_PLUS_SECOND_MOMENT_CRANK_ZZ))
-            + mul_add(c(MASS_COUPLER_ROCKER_COUPLER_ROCKER), omega_coupler_ghost0_x,
-            omega_coupler_x * c(MASS_COUPLER_CRANK_COUPLER_CRANK))));
-        let momentum_2_1_sum_2 = mul_add(-linear_momentum_rocker_z, c(-OFFSET_ROCKER_X)
-            - centre_of_mass_x, linear_momentum_coupler_x * (origin_coupler_z - centre_of_mass_z))
-            + mul_add(-linear_momentum_coupler_z, origin_coupler_x - centre_of_mass_x,
-            linear_momentum_coupler_ghost0_x * (origin_coupler_ghost0_z - centre_of_mass_z));
-        let momentum_2_1_sum_3 = mul_add(-linear_momentum_coupler_ghost0_z, origin_coupler_ghost0_x
-            - centre_of_mass_x, -minus_linear_momentum_crank_x * centre_of_mass_z_sum_2)
-            + (-centre_of_mass_z_sum_2 * minus_linear_momentum_rocker_x
-            - mul_add(linear_momentum_crank_z, c(-OFFSET_CRANK_X) - centre_of_mass_x,
-            momentum_2_1_sum));
-        let momentum_2_2_sum = mul_add(axis_y_coupler_x, momentum_moment_coupler_z,
-            mul_add(-sin_rocker_hinge, minus_momentum_moment_rocker_y,
-            -sin_crank_hinge * minus_momentum_moment_crank_y)) + mul_add(axis_y_coupler_ghost0_x,
-            momentum_moment_coupler_ghost0_z, -mul_add(c(-MOMENTUM_2_0_FACTOR_2),
-            minus_linear_momentum_rocker_x,
-            minus_linear_momentum_crank_x * c(-MOMENTUM_2_0_FACTOR)));
-        momentum[0] = centre_of_mass_x;
-        momentum[1] = c(-CENTRE_OF_MASS_Y);
-        momentum[2] = centre_of_mass_z;
-        momentum[3] = linear_momentum_coupler_ghost0_x + (linear_momentum_coupler_x
-            + (-minus_linear_momentum_crank_x - minus_linear_momentum_rocker_x));
-        momentum[4] = c(0.0);
-        momentum[5] = linear_momentum_coupler_ghost0_z + (linear_momentum_coupler_z
-            + (linear_momentum_crank_z + linear_momentum_rocker_z));
-        momentum[6] = mul_add(axis_y_coupler_ghost0_x, momentum_moment_coupler_ghost0_y,
-            axis_y_coupler_x * momentum_moment_coupler_y) + momentum_2_0_sum
-            + mul_add(c(MOMENTUM_2_0_FACTOR_2), linear_momentum_coupler_ghost0_z,
-            c(MOMENTUM_2_0_FACTOR) * linear_momentum_coupler_z);
-        momentum[7] = momentum_2_1_sum_2 + momentum_2_1_sum_3;
-        momentum[8] = mul_add(axis_y_coupler_ghost0_z, momentum_moment_coupler_ghost0_y,
-            axis_y_coupler_z * momentum_moment_coupler_y) + momentum_2_2_sum
-            - mul_add(c(MOMENTUM_2_0_FACTOR_2), linear_momentum_coupler_ghost0_x,
-            c(MOMENTUM_2_0_FACTOR) * linear_momentum_coupler_x);
     }
     /// The change of the equations' imbalance along a direction, at constant du/dt and lambda.
     fn tangent_into(

@@ -21,7 +21,7 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 18 operations: 6 add, 11 mul, 0 div, 1 sin_cos, 0 other
-//   momentum: 25 operations: 9 add, 15 mul, 0 div, 1 sin_cos, 0 other
+//   momentum: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   tangent: 7 operations: 2 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   acceleration: 7 operations: 2 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
@@ -99,8 +99,6 @@ mod constants {
     pub const STIFFNESS_HINGE: f64 = 7.6e-3;
     pub const HALF_STIFFNESS_HINGE: f64 = 3.8e-3;
     pub const DAMPING_HINGE: f64 = 2.5e-5;
-    pub const INVERSE_MASS: f64 = 28.660008633311726;
-    pub const CENTRE_OF_MASS_X: f64 = 3.199999999999997e-3;
     // arm
     pub const MASS_ARM_TIMES_OFFSET_ARM_Z: f64 = 1.1060708461599998e-4;
     pub const MASS_ARM_TIMES_GRAVITY_Z: f64 = 0.34228880128799993;
@@ -109,7 +107,6 @@ mod constants {
     pub const SECOND_MOMENT_ARM_XY: f64 = 4.531021650040903e-5;
     pub const OFFSET_ARM_Y: f64 = 0.022255;
     pub const OFFSET_ARM_Z: f64 = 3.17e-3;
-    pub const POINT_TIP_X: f64 = 0.024999900000000002;
     pub const POINT_TIP_Y: f64 = 0.1015;
     pub const MASS_HINGE_HINGE: f64 = 1.2282610013696912e-4;
     pub const HALF_MASS_HINGE_HINGE: f64 = 6.141305006848456e-5;
@@ -277,17 +274,6 @@ impl<S: ::lamc_runtime::Scalar> Pendulum<S> {
             gamma,
         }
     }
-    /// Centre of mass and momenta of all moving bodies together, in the base frame.
-    pub fn momentum(&self, q: &[S; 1], u: &[S; 1]) -> ::lamc_runtime::Momentum<S> {
-        let momentum = &mut [S::ZERO; 9];
-        self.momentum_into(q, u, momentum);
-        let [centre, linear, angular] = ::lamc_runtime::plumbing::matrix(momentum);
-        ::lamc_runtime::Momentum {
-            centre,
-            linear,
-            angular,
-        }
-    }
     /// Energies at a state, J.
     pub fn energy(&self, t: S, q: &[S; 1], u: &[S; 1]) -> ::lamc_runtime::Energy<S> {
         let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
@@ -385,13 +371,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Pendulum<S> {
         u: &Self::Speeds,
     ) -> ::core::result::Result<::lamc_runtime::Energy<S>, ::lamc_runtime::Error> {
         Ok(Pendulum::energy(self, t, q, u))
-    }
-    fn momentum(
-        &self,
-        q: &Self::Coordinates,
-        u: &Self::Speeds,
-    ) -> ::core::result::Result<::lamc_runtime::Momentum<S>, ::lamc_runtime::Error> {
-        Ok(Pendulum::momentum(self, q, u))
     }
     fn poses(
         &self,
@@ -620,39 +599,6 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         reactions[4] = mul_add(c(-REACTIONS_0_4_FACTOR), cos_hinge, a[0] * c(SECOND_MOMENT_ARM_XY));
         reactions[5] = mul_add(c(REACTIONS_0_4_FACTOR), sin_hinge,
             omega_arm_xx * c(SECOND_MOMENT_ARM_XY));
-    }
-    /// The centre of mass of all moving bodies together, and their momenta, in the base frame.
-    fn momentum_into(&self, q: &[S; 1], u: &[S; 1], momentum: &mut [S; 9]) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
-        // mechanism: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let centre_of_mass_y = c(INVERSE_MASS) * mul_add(c(-FIRST_MOMENT_ARM_Y), cos_hinge,
-            c(-7.765175609239999e-4));
-        let centre_of_mass_z = c(INVERSE_MASS) * mul_add(c(-FIRST_MOMENT_ARM_Y), sin_hinge,
-            c(MASS_ARM_TIMES_OFFSET_ARM_Z));
-        // arm: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let minus_momentum_force_arm_z = c(FIRST_MOMENT_ARM_Y) * u[0];
-        let momentum_moment_arm_y = u[0] * c(SECOND_MOMENT_ARM_XY);
-        let linear_momentum_arm_y = sin_hinge * minus_momentum_force_arm_z;
-        let minus_linear_momentum_arm_z = cos_hinge * minus_momentum_force_arm_z;
-        let linear_momentum_arm_z = -minus_linear_momentum_arm_z;
-        let angular_momentum_arm_x = mul_add(-minus_linear_momentum_arm_z, c(-OFFSET_ARM_Y)
-            - centre_of_mass_y, mul_add(-linear_momentum_arm_y, c(OFFSET_ARM_Z) - centre_of_mass_z,
-            u[0] * c(MASS_HINGE_HINGE)));
-        let angular_momentum_arm_y = mul_add(c(-POINT_TIP_X), minus_linear_momentum_arm_z,
-            cos_hinge * momentum_moment_arm_y);
-        let angular_momentum_arm_z = mul_add(c(-POINT_TIP_X), linear_momentum_arm_y,
-            sin_hinge * momentum_moment_arm_y);
-        momentum[0] = c(-CENTRE_OF_MASS_X);
-        momentum[1] = centre_of_mass_y;
-        momentum[2] = centre_of_mass_z;
-        momentum[3] = c(0.0);
-        momentum[4] = linear_momentum_arm_y;
-        momentum[5] = linear_momentum_arm_z;
-        momentum[6] = angular_momentum_arm_x;
-        momentum[7] = angular_momentum_arm_y;
-        momentum[8] = angular_momentum_arm_z;
     }
     /// The change of the equations' imbalance along a direction, at constant du/dt and lambda.
     fn tangent_into(

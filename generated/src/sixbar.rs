@@ -27,7 +27,7 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 667 operations: 318 add, 343 mul, 0 div, 6 sin_cos, 0 other
-//   momentum: 510 operations: 219 add, 285 mul, 0 div, 6 sin_cos, 0 other
+//   momentum: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   tangent: 767 operations: 320 add, 441 mul, 0 div, 6 sin_cos, 0 other
 //   acceleration: 665 operations: 254 add, 390 mul, 8 div, 6 sin_cos, 7 other
 //   projection: 586 operations: 209 add, 356 mul, 8 div, 6 sin_cos, 7 other
@@ -153,7 +153,6 @@ mod constants {
     pub const STIFFNESS_GROUND_EAST: f64 = 0.0114;
     pub const HALF_STIFFNESS_GROUND_EAST: f64 = 5.7e-3;
     pub const DAMPING_GROUND_EAST: f64 = 3.5e-6;
-    pub const INVERSE_MASS: f64 = 18.69912740480999;
     // east
     pub const MASS_EAST_TIMES_OFFSET_EAST_Z: f64 = 2.6259338451085914e-5;
     pub const MASS_EAST_TIMES_GRAVITY_Z: f64 = 0.08377369437565946;
@@ -294,14 +293,6 @@ mod constants {
     pub const POSES_0_9_FACTOR: f64 = 2.1743533521486336e-3;
     pub const POSES_0_9_FACTOR_2: f64 = 9.987299999999994e-3;
     pub const POSES_5_9_FACTOR: f64 = 0.0193192;
-    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR: f64 = 1.2623937521576779e-5;
-    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR_2: f64 = 6.528386880865058e-6;
-    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR_3: f64 = 1.9085552925721835e-5;
-    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR: f64 = 1.3277584214115281e-5;
-    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR_2: f64 = 3.500911243495723e-6;
-    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR_3: f64 = 1.6724917355178218e-5;
-    pub const KINETIC_ENERGY_SOUTH_GHOST0_FACTOR: f64 = 1.3262686545659523e-5;
-    pub const CENTRE_OF_MASS_X_FACTOR: f64 = 8.78409941084875e-5;
     pub const MINUS_PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR: f64 = 0.8407692270097342;
     pub const PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR: f64 = 0.8407701511889333;
     pub const PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR: f64 = 1.3443432000292938e-5;
@@ -494,17 +485,6 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             gamma,
         }
     }
-    /// Centre of mass and momenta of all moving bodies together, in the base frame.
-    pub fn momentum(&self, q: &[S; 6], u: &[S; 6]) -> ::lamc_runtime::Momentum<S> {
-        let momentum = &mut [S::ZERO; 9];
-        self.momentum_into(q, u, momentum);
-        let [centre, linear, angular] = ::lamc_runtime::plumbing::matrix(momentum);
-        ::lamc_runtime::Momentum {
-            centre,
-            linear,
-            angular,
-        }
-    }
     /// Energies at a state, J.
     pub fn energy(&self, t: S, q: &[S; 6], u: &[S; 6]) -> ::lamc_runtime::Energy<S> {
         let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
@@ -626,13 +606,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Sixbar<S> {
         u: &Self::Speeds,
     ) -> ::core::result::Result<::lamc_runtime::Energy<S>, ::lamc_runtime::Error> {
         Ok(Sixbar::energy(self, t, q, u))
-    }
-    fn momentum(
-        &self,
-        q: &Self::Coordinates,
-        u: &Self::Speeds,
-    ) -> ::core::result::Result<::lamc_runtime::Momentum<S>, ::lamc_runtime::Error> {
-        Ok(Sixbar::momentum(self, q, u))
     }
     fn poses(
         &self,
@@ -1905,21 +1878,19 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             sin_south_west_south * axis_z_south_west_z);
         // south_east: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_east_sum = mul_add(omega_south_east_x,
-            mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR_2), omega_south_east_x,
+            mul_add(c(6.528386880865058e-6), omega_south_east_x,
             parent_omega_south_east_y * c(SECOND_MOMENT_SOUTH_EAST_XY)),
-            mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR_3),
+            mul_add(c(1.9085552925721835e-5),
             minus_parent_omega_south_east_z * minus_parent_omega_south_east_z,
-            parent_omega_south_east_y * mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR),
-            parent_omega_south_east_y, omega_south_east_x * c(SECOND_MOMENT_SOUTH_EAST_XY))));
+            parent_omega_south_east_y * mul_add(c(1.2623937521576779e-5), parent_omega_south_east_y,
+            omega_south_east_x * c(SECOND_MOMENT_SOUTH_EAST_XY))));
         // south_west: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_west_sum = mul_add(omega_south_west_x,
             mul_add(c(SECOND_MOMENT_SOUTH_WEST_XY), minus_parent_omega_south_west_y,
-            omega_south_west_x * c(KINETIC_ENERGY_SOUTH_WEST_FACTOR_2)),
-            mul_add(-minus_parent_omega_south_west_y, mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XY),
-            omega_south_west_x,
-            minus_parent_omega_south_west_y * c(-KINETIC_ENERGY_SOUTH_WEST_FACTOR)),
-            parent_omega_south_west_z * parent_omega_south_west_z *
-            c(KINETIC_ENERGY_SOUTH_WEST_FACTOR_3)));
+            omega_south_west_x * c(3.500911243495723e-6)), mul_add(-minus_parent_omega_south_west_y,
+            mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XY), omega_south_west_x,
+            minus_parent_omega_south_west_y * c(-1.3277584214115281e-5)),
+            parent_omega_south_west_z * parent_omega_south_west_z * c(1.6724917355178218e-5)));
         // south: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_sum = mul_add(omega_south_x,
             mul_add(c(MASS_SOUTH_SOUTH_EAST_SOUTH_SOUTH_EAST), omega_south_x,
@@ -1935,8 +1906,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             mul_add(c(SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_YY),
             parent_omega_south_ghost0_z * parent_omega_south_ghost0_z,
             parent_omega_south_ghost0_y * mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
-            omega_south_ghost0_x,
-            parent_omega_south_ghost0_y * c(KINETIC_ENERGY_SOUTH_GHOST0_FACTOR))));
+            omega_south_ghost0_x, parent_omega_south_ghost0_y * c(1.3262686545659523e-5))));
         // mechanism: results: what the function returns
         let kinetic_sum = mul_add(c(0.5), kinetic_energy_south_sum, mul_add(c(0.5),
             kinetic_energy_south_west_sum, mul_add(c(0.5), kinetic_energy_south_east_sum,
@@ -2545,393 +2515,6 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         reactions[34] = -(transmitted_moment_west_y + closure_moment_in_parent_south_west_y);
         reactions[35] = -(transmitted_moment_west_z + closure_moment_in_parent_south_west_z);
     }
-    /// The centre of mass of all moving bodies together, and their momenta, in the base frame.
-    fn momentum_into(&self, q: &[S; 6], u: &[S; 6], momentum: &mut [S; 9]) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let [
-            (sin_ground_east, cos_ground_east),
-            (sin_ground_west, cos_ground_west),
-            (sin_south_east_east, cos_south_east_east),
-            (sin_west_south_west, cos_west_south_west),
-            (sin_south_south_east, cos_south_south_east),
-            (sin_south_west_south, cos_south_west_south),
-        ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // east: placement: A = A_parent R, p = p_parent + A_parent r
-        let minus_axis_y_east_x = cos_ground_east * c(HINGE_EAST_COS);
-        let axis_z_east_x = sin_ground_east * c(HINGE_EAST_COS);
-        // west: placement: A = A_parent R, p = p_parent + A_parent r
-        let minus_axis_y_west_x = cos_ground_west * c(HINGE_WEST_COS);
-        let axis_z_west_x = sin_ground_west * c(HINGE_WEST_COS);
-        // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = c(HINGE_SOUTH_EAST_COS) * u[4];
-        let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
-        let minus_parent_omega_south_east_z =
-            sin_south_east_east * parent_omega_on_hinge_south_east_y;
-        let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
-        // south_east: placement: A = A_parent R, p = p_parent + A_parent r
-        let cos_ground_east_product = cos_ground_east * c(-0.5);
-        let axis_y_on_hinge_south_east_x = cos_ground_east_product + c(0.5);
-        let cos_ground_east_product_2 = cos_ground_east * c(0.5);
-        let axis_y_on_hinge_south_east_y = c(0.5) + cos_ground_east_product_2;
-        let axis_x_south_east_x = c(0.5) - cos_ground_east_product;
-        let axis_x_south_east_y = c(0.5) - cos_ground_east_product_2;
-        let sin_south_east_east_times_axis_z_east_x = sin_south_east_east * axis_z_east_x;
-        let axis_y_south_east_x = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_x,
-            sin_south_east_east_times_axis_z_east_x);
-        let axis_y_south_east_y = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_y,
-            -sin_south_east_east_times_axis_z_east_x);
-        let cos_south_east_east_times_axis_z_east_x = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east,
-            cos_south_east_east_times_axis_z_east_x);
-        let axis_z_south_east_x = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_x,
-            cos_south_east_east_times_axis_z_east_x);
-        let axis_z_south_east_y = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_y,
-            -cos_south_east_east_times_axis_z_east_x);
-        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
-            -sin_south_east_east_times_axis_z_east_x);
-        // south_west: angular velocity: w = R^T w_parent + u e_x
-        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
-        let minus_parent_omega_south_west_y =
-            cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
-        let parent_omega_south_west_z =
-            sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
-        let omega_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), u[5], u[2]);
-        // south_west: placement: A = A_parent R, p = p_parent + A_parent r
-        let cos_ground_west_product = cos_ground_west * c(-COS_GROUND_WEST_PRODUCT_FACTOR);
-        let axis_y_on_hinge_south_west_x = c(AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM)
-            + cos_ground_west_product;
-        let axis_y_on_hinge_south_west_y = cos_ground_west_product
-            - c(AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM);
-        let axis_y_on_hinge_south_west_z = sin_ground_west * c(HINGE_SOUTH_WEST_COS);
-        let cos_ground_west_product_2 = cos_ground_west * c(-AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM);
-        let axis_x_south_west_x = cos_ground_west_product_2 - c(COS_GROUND_WEST_PRODUCT_FACTOR);
-        let axis_x_south_west_y = c(COS_GROUND_WEST_PRODUCT_FACTOR) + cos_ground_west_product_2;
-        let axis_x_south_west_z = sin_ground_west * c(HINGE_SOUTH_WEST_SIN);
-        let sin_west_south_west_times_axis_z_west_x = sin_west_south_west * axis_z_west_x;
-        let axis_y_south_west_x = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_x,
-            sin_west_south_west_times_axis_z_west_x);
-        let axis_y_south_west_y = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_y,
-            sin_west_south_west_times_axis_z_west_x);
-        let axis_y_south_west_z = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_z,
-            cos_ground_west * sin_west_south_west);
-        let cos_west_south_west_times_axis_z_west_x = cos_west_south_west * axis_z_west_x;
-        let axis_z_south_west_x = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_x,
-            cos_west_south_west_times_axis_z_west_x);
-        let axis_z_south_west_y = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_y,
-            cos_west_south_west_times_axis_z_west_x);
-        let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
-            cos_ground_west * cos_west_south_west);
-        // south: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
-            parent_omega_south_east_y * c(HINGE_SOUTH_COS));
-        let parent_omega_south_x = mul_add(c(-HINGE_SOUTH_SIN), parent_omega_south_east_y,
-            omega_south_east_x * c(HINGE_SOUTH_COS));
-        let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
-            cos_south_south_east * parent_omega_on_hinge_south_y);
-        let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
-            -cos_south_south_east * minus_parent_omega_south_east_z);
-        let omega_south_x = parent_omega_south_x + u[1];
-        // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_x = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_x,
-            axis_y_south_east_x * c(HINGE_SOUTH_COS));
-        let axis_y_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_y,
-            axis_y_south_east_y * c(HINGE_SOUTH_COS));
-        let axis_y_on_hinge_south_z = mul_add(c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM),
-            sin_ground_east, axis_y_south_east_z * c(HINGE_SOUTH_COS));
-        let axis_x_south_x = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_x,
-            axis_x_south_east_x * c(HINGE_SOUTH_COS));
-        let axis_x_south_y = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_y,
-            axis_x_south_east_y * c(HINGE_SOUTH_COS));
-        let axis_x_south_z = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_z,
-            sin_ground_east * c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR));
-        let axis_y_south_x = mul_add(cos_south_south_east, axis_y_on_hinge_south_x,
-            sin_south_south_east * axis_z_south_east_x);
-        let axis_y_south_y = mul_add(cos_south_south_east, axis_y_on_hinge_south_y,
-            sin_south_south_east * axis_z_south_east_y);
-        let axis_y_south_z = mul_add(cos_south_south_east, axis_y_on_hinge_south_z,
-            sin_south_south_east * axis_z_south_east_z);
-        let axis_z_south_x = mul_add(-sin_south_south_east, axis_y_on_hinge_south_x,
-            cos_south_south_east * axis_z_south_east_x);
-        let axis_z_south_y = mul_add(-sin_south_south_east, axis_y_on_hinge_south_y,
-            cos_south_south_east * axis_z_south_east_y);
-        let axis_z_south_z = mul_add(-sin_south_south_east, axis_y_on_hinge_south_z,
-            cos_south_south_east * axis_z_south_east_z);
-        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
-            omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
-        let parent_omega_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
-            minus_parent_omega_south_west_y, omega_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
-        let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
-        let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
-        let omega_south_ghost0_x = parent_omega_south_ghost0_x + u[0];
-        // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
-            axis_x_south_west_x, axis_y_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
-        let axis_y_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
-            axis_x_south_west_y, axis_y_south_west_y * c(HINGE_SOUTH_GHOST0_COS));
-        let axis_y_on_hinge_south_ghost0_z =
-            mul_add(c(-PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR), sin_ground_west,
-            axis_y_south_west_z * c(HINGE_SOUTH_GHOST0_COS));
-        let axis_x_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_x,
-            axis_x_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
-        let axis_x_south_ghost0_y = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_y,
-            axis_x_south_west_y * c(HINGE_SOUTH_GHOST0_COS));
-        let axis_x_south_ghost0_z = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_z,
-            sin_ground_west * c(PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_FACTOR));
-        let axis_y_south_ghost0_x = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_x,
-            sin_south_west_south * axis_z_south_west_x);
-        let axis_y_south_ghost0_y = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_y,
-            sin_south_west_south * axis_z_south_west_y);
-        let axis_y_south_ghost0_z = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_z,
-            sin_south_west_south * axis_z_south_west_z);
-        let axis_z_south_ghost0_x = mul_add(-sin_south_west_south, axis_y_on_hinge_south_ghost0_x,
-            cos_south_west_south * axis_z_south_west_x);
-        let axis_z_south_ghost0_y = mul_add(-sin_south_west_south, axis_y_on_hinge_south_ghost0_y,
-            cos_south_west_south * axis_z_south_west_y);
-        let axis_z_south_ghost0_z = mul_add(-sin_south_west_south, axis_y_on_hinge_south_ghost0_z,
-            cos_south_west_south * axis_z_south_west_z);
-        // mechanism: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let cos_ground_west_product_3 = cos_ground_west * c(-1.3332406636119094e-4);
-        let centre_of_mass_x_sum = mul_add(c(FIRST_MOMENT_SOUTH_EAST_X), axis_x_south_east_x,
-            mul_add(c(FIRST_MOMENT_SOUTH_WEST_X), axis_x_south_west_x,
-            mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y), axis_y_south_west_x,
-            mul_add(c(FIRST_MOMENT_SOUTH_X), axis_x_south_x, mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
-            axis_y_south_ghost0_x, axis_x_south_ghost0_x * c(FIRST_MOMENT_SOUTH_GHOST0_X)))
-            + c(4.752594730398389e-4))));
-        let centre_of_mass_x = c(INVERSE_MASS) * mul_add(c(-FIRST_MOMENT_SOUTH_Y), axis_y_south_x,
-            mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), axis_y_south_east_x,
-            mul_add(c(CENTRE_OF_MASS_X_FACTOR), cos_ground_east, cos_ground_west_product_3
-            + centre_of_mass_x_sum)));
-        let centre_of_mass_y_sum = mul_add(c(FIRST_MOMENT_SOUTH_EAST_X), axis_x_south_east_y,
-            mul_add(c(FIRST_MOMENT_SOUTH_WEST_X), axis_x_south_west_y,
-            mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y), axis_y_south_west_y,
-            mul_add(c(FIRST_MOMENT_SOUTH_X), axis_x_south_y, mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
-            axis_y_south_ghost0_y, axis_x_south_ghost0_y * c(FIRST_MOMENT_SOUTH_GHOST0_X))))));
-        let centre_of_mass_y = c(INVERSE_MASS) * mul_add(c(-FIRST_MOMENT_SOUTH_Y), axis_y_south_y,
-            mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), axis_y_south_east_y,
-            mul_add(c(-CENTRE_OF_MASS_X_FACTOR), cos_ground_east, cos_ground_west_product_3
-            + centre_of_mass_y_sum - c(1.0807837873256314e-3))));
-        let centre_of_mass_z_sum = mul_add(c(-3.672543723782979e-4), sin_ground_east,
-            mul_add(c(4.6496391257588654e-4), sin_ground_west, mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y),
-            axis_y_south_west_z, mul_add(c(FIRST_MOMENT_SOUTH_X), axis_x_south_z,
-            mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y), axis_y_south_ghost0_z,
-            axis_x_south_ghost0_z * c(FIRST_MOMENT_SOUTH_GHOST0_X))) + c(1.6444617620012662e-4))));
-        let centre_of_mass_z = c(INVERSE_MASS) * mul_add(c(-FIRST_MOMENT_SOUTH_Y), axis_y_south_z,
-            mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), axis_y_south_east_z, centre_of_mass_z_sum));
-        // east: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let minus_momentum_force_east_z = u[4] * c(FIRST_MOMENT_EAST_Y);
-        let momentum_moment_east_y = u[4] * c(SECOND_MOMENT_EAST_XY);
-        let minus_linear_momentum_east_x = axis_z_east_x * minus_momentum_force_east_z;
-        let minus_linear_momentum_east_z = cos_ground_east * minus_momentum_force_east_z;
-        let u_ground_east_product = u[4] * c(1.8487872003417923e-6);
-        let minus_axis_y_east_x_times_momentum_moment_east_y =
-            minus_axis_y_east_x * momentum_moment_east_y;
-        let centre_of_mass_z_sum_2 = c(OFFSET_EAST_Z) - centre_of_mass_z;
-        let minus_linear_momentum_east_x_product =
-            minus_linear_momentum_east_x * centre_of_mass_z_sum_2;
-        let centre_of_mass_y_sum_2 = c(-OFFSET_EAST_Y) - centre_of_mass_y;
-        let angular_momentum_east_x = mul_add(-minus_linear_momentum_east_z, centre_of_mass_y_sum_2,
-            u_ground_east_product - minus_axis_y_east_x_times_momentum_moment_east_y
-            - minus_linear_momentum_east_x_product);
-        let centre_of_mass_x_sum_2 = c(OFFSET_EAST_X) - centre_of_mass_x;
-        let angular_momentum_east_y = mul_add(minus_linear_momentum_east_z, centre_of_mass_x_sum_2,
-            u_ground_east_product + minus_axis_y_east_x_times_momentum_moment_east_y
-            - minus_linear_momentum_east_x_product);
-        let angular_momentum_east_z = mul_add(minus_linear_momentum_east_x, centre_of_mass_x_sum_2,
-            mul_add(minus_linear_momentum_east_x, centre_of_mass_y_sum_2,
-            sin_ground_east * momentum_moment_east_y));
-        // west: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_west_z = u[5] * c(FIRST_MOMENT_WEST_Y);
-        let minus_momentum_moment_west_y = u[5] * c(SECOND_MOMENT_WEST_XY);
-        let linear_momentum_west_x = axis_z_west_x * momentum_force_west_z;
-        let linear_momentum_west_z = cos_ground_west * momentum_force_west_z;
-        let u_ground_west_product = u[5] * c(3.435498880710218e-6);
-        let west_product = minus_axis_y_west_x * minus_momentum_moment_west_y;
-        let linear_momentum_west_x_product = centre_of_mass_z_sum_2 * linear_momentum_west_x;
-        let angular_momentum_west_x = mul_add(centre_of_mass_y_sum_2, linear_momentum_west_z,
-            west_product - u_ground_west_product - linear_momentum_west_x_product);
-        let angular_momentum_west_y = mul_add(-centre_of_mass_x_sum_2, linear_momentum_west_z,
-            linear_momentum_west_x_product + (u_ground_west_product + west_product));
-        let angular_momentum_west_z = mul_add(-centre_of_mass_y_sum_2, linear_momentum_west_x,
-            mul_add(-sin_ground_west, minus_momentum_moment_west_y,
-            centre_of_mass_x_sum_2 * linear_momentum_west_x));
-        // south_east: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_south_east_x =
-            minus_parent_omega_south_east_z * c(-FIRST_MOMENT_SOUTH_EAST_Y);
-        let momentum_force_south_east_y =
-            minus_parent_omega_south_east_z * c(-FIRST_MOMENT_SOUTH_EAST_X);
-        let momentum_force_south_east_z = mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), omega_south_east_x,
-            parent_omega_south_east_y * c(-FIRST_MOMENT_SOUTH_EAST_X));
-        let momentum_moment_south_east_x = mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR_2),
-            omega_south_east_x, parent_omega_south_east_y * c(SECOND_MOMENT_SOUTH_EAST_XY));
-        let momentum_moment_south_east_y = mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR),
-            parent_omega_south_east_y, omega_south_east_x * c(SECOND_MOMENT_SOUTH_EAST_XY));
-        let momentum_moment_south_east_z =
-            minus_parent_omega_south_east_z * c(-KINETIC_ENERGY_SOUTH_EAST_FACTOR_3);
-        let linear_momentum_south_east_x = mul_add(axis_z_south_east_x, momentum_force_south_east_z,
-            mul_add(axis_y_south_east_x, momentum_force_south_east_y,
-            axis_x_south_east_x * momentum_force_south_east_x));
-        let linear_momentum_south_east_y = mul_add(axis_z_south_east_y, momentum_force_south_east_z,
-            mul_add(axis_y_south_east_y, momentum_force_south_east_y,
-            axis_x_south_east_y * momentum_force_south_east_x));
-        let linear_momentum_south_east_z = mul_add(axis_z_south_east_z, momentum_force_south_east_z,
-            mul_add(-axis_z_east_x, momentum_force_south_east_x,
-            axis_y_south_east_z * momentum_force_south_east_y));
-        let angular_momentum_south_east_x = mul_add(centre_of_mass_y_sum_2,
-            linear_momentum_south_east_z, mul_add(-centre_of_mass_z_sum_2,
-            linear_momentum_south_east_y, mul_add(axis_z_south_east_x, momentum_moment_south_east_z,
-            mul_add(axis_y_south_east_x, momentum_moment_south_east_y,
-            axis_x_south_east_x * momentum_moment_south_east_x))));
-        let angular_momentum_south_east_y = mul_add(-centre_of_mass_x_sum_2,
-            linear_momentum_south_east_z, mul_add(centre_of_mass_z_sum_2,
-            linear_momentum_south_east_x, mul_add(axis_z_south_east_y, momentum_moment_south_east_z,
-            mul_add(axis_y_south_east_y, momentum_moment_south_east_y,
-            axis_x_south_east_y * momentum_moment_south_east_x))));
-        let angular_momentum_south_east_z = mul_add(centre_of_mass_x_sum_2,
-            linear_momentum_south_east_y, mul_add(-centre_of_mass_y_sum_2,
-            linear_momentum_south_east_x, mul_add(axis_z_south_east_z, momentum_moment_south_east_z,
-            mul_add(-axis_z_east_x, momentum_moment_south_east_x,
-            axis_y_south_east_z * momentum_moment_south_east_y))));
-        // south_west: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let minus_momentum_force_south_west_x =
-            parent_omega_south_west_z * c(FIRST_MOMENT_SOUTH_WEST_Y);
-        let momentum_force_south_west_y = parent_omega_south_west_z * c(FIRST_MOMENT_SOUTH_WEST_X);
-        let momentum_force_south_west_z = mul_add(c(FIRST_MOMENT_SOUTH_WEST_X),
-            minus_parent_omega_south_west_y, omega_south_west_x * c(FIRST_MOMENT_SOUTH_WEST_Y));
-        let momentum_moment_south_west_x = mul_add(c(SECOND_MOMENT_SOUTH_WEST_XY),
-            minus_parent_omega_south_west_y,
-            omega_south_west_x * c(KINETIC_ENERGY_SOUTH_WEST_FACTOR_2));
-        let momentum_moment_south_west_y = mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XY),
-            omega_south_west_x,
-            minus_parent_omega_south_west_y * c(-KINETIC_ENERGY_SOUTH_WEST_FACTOR));
-        let momentum_moment_south_west_z =
-            parent_omega_south_west_z * c(KINETIC_ENERGY_SOUTH_WEST_FACTOR_3);
-        let linear_momentum_south_west_x = mul_add(axis_z_south_west_x, momentum_force_south_west_z,
-            mul_add(-axis_x_south_west_x, minus_momentum_force_south_west_x,
-            axis_y_south_west_x * momentum_force_south_west_y));
-        let linear_momentum_south_west_y = mul_add(axis_z_south_west_y, momentum_force_south_west_z,
-            mul_add(-axis_x_south_west_y, minus_momentum_force_south_west_x,
-            axis_y_south_west_y * momentum_force_south_west_y));
-        let linear_momentum_south_west_z = mul_add(axis_z_south_west_z, momentum_force_south_west_z,
-            mul_add(-axis_x_south_west_z, minus_momentum_force_south_west_x,
-            axis_y_south_west_z * momentum_force_south_west_y));
-        let angular_momentum_south_west_x = mul_add(centre_of_mass_y_sum_2,
-            linear_momentum_south_west_z, mul_add(-centre_of_mass_z_sum_2,
-            linear_momentum_south_west_y, mul_add(axis_z_south_west_x, momentum_moment_south_west_z,
-            mul_add(axis_y_south_west_x, momentum_moment_south_west_y,
-            axis_x_south_west_x * momentum_moment_south_west_x))));
-        let angular_momentum_south_west_y = mul_add(-centre_of_mass_x_sum_2,
-            linear_momentum_south_west_z, mul_add(centre_of_mass_z_sum_2,
-            linear_momentum_south_west_x, mul_add(axis_z_south_west_y, momentum_moment_south_west_z,
-            mul_add(axis_y_south_west_y, momentum_moment_south_west_y,
-            axis_x_south_west_y * momentum_moment_south_west_x))));
-        let angular_momentum_south_west_z = mul_add(centre_of_mass_x_sum_2,
-            linear_momentum_south_west_y, mul_add(-centre_of_mass_y_sum_2,
-            linear_momentum_south_west_x, mul_add(axis_z_south_west_z, momentum_moment_south_west_z,
-            mul_add(axis_y_south_west_z, momentum_moment_south_west_y,
-            axis_x_south_west_z * momentum_moment_south_west_x))));
-        // south: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_south_x = parent_omega_south_z * c(FIRST_MOMENT_SOUTH_Y);
-        let momentum_force_south_y = parent_omega_south_z * c(FIRST_MOMENT_SOUTH_X);
-        let momentum_force_south_z = mul_add(c(-FIRST_MOMENT_SOUTH_Y), omega_south_x,
-            parent_omega_south_y * c(-FIRST_MOMENT_SOUTH_X));
-        let momentum_moment_south_x = mul_add(c(MASS_SOUTH_SOUTH_EAST_SOUTH_SOUTH_EAST),
-            omega_south_x, parent_omega_south_y * c(SECOND_MOMENT_SOUTH_XY));
-        let momentum_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_ZZ),
-            parent_omega_south_y, omega_south_x * c(SECOND_MOMENT_SOUTH_XY));
-        let momentum_moment_south_z =
-            parent_omega_south_z * c(SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_YY);
-        let linear_momentum_south_x = mul_add(axis_z_south_x, momentum_force_south_z,
-            mul_add(axis_y_south_x, momentum_force_south_y,
-            axis_x_south_x * momentum_force_south_x));
-        let linear_momentum_south_y = mul_add(axis_z_south_y, momentum_force_south_z,
-            mul_add(axis_y_south_y, momentum_force_south_y,
-            axis_x_south_y * momentum_force_south_x));
-        let linear_momentum_south_z = mul_add(axis_z_south_z, momentum_force_south_z,
-            mul_add(axis_y_south_z, momentum_force_south_y,
-            axis_x_south_z * momentum_force_south_x));
-        let angular_momentum_south_x = mul_add(centre_of_mass_y_sum_2, linear_momentum_south_z,
-            mul_add(-centre_of_mass_z_sum_2, linear_momentum_south_y, mul_add(axis_z_south_x,
-            momentum_moment_south_z, mul_add(axis_y_south_x, momentum_moment_south_y,
-            axis_x_south_x * momentum_moment_south_x))));
-        let angular_momentum_south_y = mul_add(-centre_of_mass_x_sum_2, linear_momentum_south_z,
-            mul_add(centre_of_mass_z_sum_2, linear_momentum_south_x, mul_add(axis_z_south_y,
-            momentum_moment_south_z, mul_add(axis_y_south_y, momentum_moment_south_y,
-            axis_x_south_y * momentum_moment_south_x))));
-        let angular_momentum_south_z = mul_add(centre_of_mass_x_sum_2, linear_momentum_south_y,
-            mul_add(-centre_of_mass_y_sum_2, linear_momentum_south_x, mul_add(axis_z_south_z,
-            momentum_moment_south_z, mul_add(axis_y_south_z, momentum_moment_south_y,
-            axis_x_south_z * momentum_moment_south_x))));
-        // south_ghost0: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let minus_momentum_force_south_ghost0_x =
-            parent_omega_south_ghost0_z * c(FIRST_MOMENT_SOUTH_GHOST0_Y);
-        let momentum_force_south_ghost0_y =
-            parent_omega_south_ghost0_z * c(FIRST_MOMENT_SOUTH_GHOST0_X);
-        let momentum_force_south_ghost0_z = mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_X),
-            parent_omega_south_ghost0_y, omega_south_ghost0_x * c(FIRST_MOMENT_SOUTH_GHOST0_Y));
-        let momentum_moment_south_ghost0_x = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
-            parent_omega_south_ghost0_y,
-            omega_south_ghost0_x * c(MASS_SOUTH_WEST_SOUTH_SOUTH_WEST_SOUTH));
-        let momentum_moment_south_ghost0_y = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
-            omega_south_ghost0_x,
-            parent_omega_south_ghost0_y * c(KINETIC_ENERGY_SOUTH_GHOST0_FACTOR));
-        let momentum_moment_south_ghost0_z =
-            parent_omega_south_ghost0_z * c(SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_YY);
-        let linear_momentum_south_ghost0_x = mul_add(axis_z_south_ghost0_x,
-            momentum_force_south_ghost0_z, mul_add(-axis_x_south_ghost0_x,
-            minus_momentum_force_south_ghost0_x,
-            axis_y_south_ghost0_x * momentum_force_south_ghost0_y));
-        let linear_momentum_south_ghost0_y = mul_add(axis_z_south_ghost0_y,
-            momentum_force_south_ghost0_z, mul_add(-axis_x_south_ghost0_y,
-            minus_momentum_force_south_ghost0_x,
-            axis_y_south_ghost0_y * momentum_force_south_ghost0_y));
-        let linear_momentum_south_ghost0_z = mul_add(axis_z_south_ghost0_z,
-            momentum_force_south_ghost0_z, mul_add(-axis_x_south_ghost0_z,
-            minus_momentum_force_south_ghost0_x,
-            axis_y_south_ghost0_z * momentum_force_south_ghost0_y));
-        let angular_momentum_south_ghost0_x = mul_add(centre_of_mass_y_sum_2,
-            linear_momentum_south_ghost0_z, mul_add(-centre_of_mass_z_sum_2,
-            linear_momentum_south_ghost0_y, mul_add(axis_z_south_ghost0_x,
-            momentum_moment_south_ghost0_z, mul_add(axis_y_south_ghost0_x,
-            momentum_moment_south_ghost0_y,
-            axis_x_south_ghost0_x * momentum_moment_south_ghost0_x))));
-        let angular_momentum_south_ghost0_y = mul_add(-centre_of_mass_x_sum_2,
-            linear_momentum_south_ghost0_z, mul_add(centre_of_mass_z_sum_2,
-            linear_momentum_south_ghost0_x, mul_add(axis_z_south_ghost0_y,
-            momentum_moment_south_ghost0_z, mul_add(axis_y_south_ghost0_y,
-            momentum_moment_south_ghost0_y,
-            axis_x_south_ghost0_y * momentum_moment_south_ghost0_x))));
-        let angular_momentum_south_ghost0_z = mul_add(centre_of_mass_x_sum_2,
-            linear_momentum_south_ghost0_y, mul_add(-centre_of_mass_y_sum_2,
-            linear_momentum_south_ghost0_x, mul_add(axis_z_south_ghost0_z,
-            momentum_moment_south_ghost0_z, mul_add(axis_y_south_ghost0_z,
-            momentum_moment_south_ghost0_y,
-            axis_x_south_ghost0_z * momentum_moment_south_ghost0_x))));
-        momentum[0] = centre_of_mass_x;
-        momentum[1] = centre_of_mass_y;
-        momentum[2] = centre_of_mass_z;
-        momentum[3] = linear_momentum_south_ghost0_x + (linear_momentum_south_x
-            + (linear_momentum_south_west_x + (linear_momentum_south_east_x
-            + (linear_momentum_west_x - minus_linear_momentum_east_x))));
-        momentum[4] = linear_momentum_south_ghost0_y + (linear_momentum_south_y
-            + (linear_momentum_south_west_y + (linear_momentum_south_east_y
-            + (minus_linear_momentum_east_x + linear_momentum_west_x))));
-        momentum[5] = linear_momentum_south_ghost0_z + (linear_momentum_south_z
-            + (linear_momentum_south_west_z + (linear_momentum_south_east_z
-            + (linear_momentum_west_z - minus_linear_momentum_east_z))));
-        momentum[6] = angular_momentum_south_ghost0_x + (angular_momentum_south_x
-            + (angular_momentum_south_west_x + (angular_momentum_south_east_x
-            + (angular_momentum_east_x + angular_momentum_west_x))));
-        momentum[7] = angular_momentum_south_ghost0_y + (angular_momentum_south_y
-            + (angular_momentum_south_west_y + (angular_momentum_south_east_y
-            + (angular_momentum_east_y + angular_momentum_west_y))));
-        momentum[8] = angular_momentum_south_ghost0_z + (angular_momentum_south_z
-            + (angular_momentum_south_west_z + (angular_momentum_south_east_z
-            + (angular_momentum_east_z + angular_momentum_west_z))));
-    }
     /// The change of the equations' imbalance along a direction, at constant du/dt and lambda.
     fn tangent_into(
         &self,
@@ -3440,9 +3023,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let d_balance_moment_in_parent_south_west_x = mul_add(c(-HINGE_SOUTH_WEST_SIN),
             d_balance_moment_on_hinge_south_west_y,
             c(HINGE_SOUTH_WEST_COS) * d_balance_moment_south_west_x);
-        let d_imbalance_west_south_west = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
-            d_closure_moment_on_hinge_south_ghost0_y, mul_add(c(-DAMPING_GROUND_EAST), du[2],
-            mul_add(c(-STIFFNESS_GROUND_EAST), dq[2], d_balance_moment_south_west_x)));
+        let d_imbalance_west_south_west = d_balance_moment_south_west_x
+            + mul_add(c(-DAMPING_GROUND_EAST), du[2], mul_add(c(-STIFFNESS_GROUND_EAST), dq[2],
+            c(-HINGE_SOUTH_GHOST0_SIN) * d_closure_moment_on_hinge_south_ghost0_y));
         // south_west: closure forces: (f, n) of lambda along the rows of the closure
         let d_closure_moment_on_hinge_south_west_y = mul_add(-minus_d_cos_west_south_west,
             closure_moment_in_parent_south_ghost0_y,
@@ -3455,9 +3038,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_balance_moment_west_x = mul_add(c(MINIMAL_FIRST_MOMENT_WEST_Y_TIMES_GRAVITY_Z),
             minus_d_cos_ground_west, d_balance_moment_in_parent_south_west_x);
-        let d_imbalance_ground_west = d_closure_moment_in_parent_south_west_x
-            + mul_add(c(-DAMPING_GROUND_EAST), du[5], mul_add(c(-STIFFNESS_GROUND_EAST), dq[5],
-            d_balance_moment_west_x));
+        let d_imbalance_ground_west = d_balance_moment_west_x + mul_add(c(-DAMPING_GROUND_EAST),
+            du[5], mul_add(c(-STIFFNESS_GROUND_EAST), dq[5],
+            d_closure_moment_in_parent_south_west_x));
         // south: closure forces: (f, n) of lambda along the rows of the closure
         let closure_moment_south_x = mul_add(c(-CLOSURE_POINT_SOUTH_X), lambda[2],
             lambda[1] * c(CLOSURE_POINT_SOUTH_Y));
@@ -3511,9 +3094,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let d_balance_moment_in_parent_south_east_x = mul_add(c(HINGE_SOUTH_EAST_COS),
             d_balance_moment_on_hinge_south_east_y,
             c(HINGE_SOUTH_EAST_COS) * d_balance_moment_south_east_x);
-        let d_imbalance_south_east_east = mul_add(c(HINGE_SOUTH_SIN),
-            d_closure_moment_on_hinge_south_y, mul_add(c(-DAMPING_GROUND_EAST), du[3],
-            mul_add(c(-STIFFNESS_GROUND_EAST), dq[3], d_balance_moment_south_east_x)));
+        let d_imbalance_south_east_east = d_balance_moment_south_east_x
+            + mul_add(c(-DAMPING_GROUND_EAST), du[3], mul_add(c(-STIFFNESS_GROUND_EAST), dq[3],
+            c(HINGE_SOUTH_SIN) * d_closure_moment_on_hinge_south_y));
         // south_east: closure forces: (f, n) of lambda along the rows of the closure
         let d_closure_moment_on_hinge_south_east_y = mul_add(-minus_d_cos_south_east_east,
             closure_moment_in_parent_south_y,
@@ -3526,9 +3109,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_balance_moment_east_x = mul_add(c(-MINIMAL_FIRST_MOMENT_EAST_Y_TIMES_GRAVITY_Z),
             minus_d_cos_ground_east, d_balance_moment_in_parent_south_east_x);
-        let d_imbalance_ground_east = d_closure_moment_in_parent_south_east_x
-            + mul_add(c(-DAMPING_GROUND_EAST), du[4], mul_add(c(-STIFFNESS_GROUND_EAST), dq[4],
-            d_balance_moment_east_x));
+        let d_imbalance_ground_east = d_balance_moment_east_x + mul_add(c(-DAMPING_GROUND_EAST),
+            du[4], mul_add(c(-STIFFNESS_GROUND_EAST), dq[4],
+            d_closure_moment_in_parent_south_east_x));
         // mechanism: results: what the function returns
         let closure_0 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
             d_acceleration_gradient_south_ghost0_yx, -mul_add(c(CLOSURE_DIRECTION_SOUTH_Y),

@@ -23,7 +23,7 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 121 operations: 61 add, 57 mul, 0 div, 3 sin_cos, 0 other
-//   momentum: 146 operations: 66 add, 77 mul, 0 div, 3 sin_cos, 0 other
+//   momentum: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   tangent: 113 operations: 47 add, 63 mul, 0 div, 3 sin_cos, 0 other
 //   acceleration: 103 operations: 45 add, 51 mul, 2 div, 3 sin_cos, 2 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
@@ -111,14 +111,11 @@ mod constants {
     pub const GRAVITY_Z: f64 = 9.81;
     pub const STIFFNESS_SHOULDER: f64 = 100.0;
     pub const HALF_STIFFNESS_SHOULDER: f64 = 50.0;
-    pub const INVERSE_MASS: f64 = 0.333337888951149;
     // upper
     pub const MASS_UPPER_TIMES_GRAVITY_Z: f64 = 9.809839116000003;
-    pub const MASS_UPPER: f64 = 0.9999836;
     pub const FIRST_MOMENT_UPPER_X: f64 = 0.4999918;
     pub const FIRST_MOMENT_UPPER_X_TIMES_GRAVITY_Z: f64 = 4.904919558000001;
     pub const SECOND_MOMENT_UPPER_XY: f64 = 0.2499959;
-    pub const SECOND_MOMENT_UPPER_YY_PLUS_SECOND_MOMENT_UPPER_ZZ: f64 = 0.41665681208019945;
     pub const MINIMAL_FIRST_MOMENT_UPPER_Y_TIMES_GRAVITY_Z: f64 = 24.524678232;
     // middle
     pub const MASS_MIDDLE: f64 = 0.9999836;
@@ -304,17 +301,6 @@ impl<S: ::lamc_runtime::Scalar> TriplePendulum<S> {
             gamma,
         }
     }
-    /// Centre of mass and momenta of all moving bodies together, in the base frame.
-    pub fn momentum(&self, q: &[S; 3], u: &[S; 3]) -> ::lamc_runtime::Momentum<S> {
-        let momentum = &mut [S::ZERO; 9];
-        self.momentum_into(q, u, momentum);
-        let [centre, linear, angular] = ::lamc_runtime::plumbing::matrix(momentum);
-        ::lamc_runtime::Momentum {
-            centre,
-            linear,
-            angular,
-        }
-    }
     /// Energies at a state, J.
     pub fn energy(&self, t: S, q: &[S; 3], u: &[S; 3]) -> ::lamc_runtime::Energy<S> {
         let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
@@ -416,13 +402,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for TriplePendulum<S> 
         u: &Self::Speeds,
     ) -> ::core::result::Result<::lamc_runtime::Energy<S>, ::lamc_runtime::Error> {
         Ok(TriplePendulum::energy(self, t, q, u))
-    }
-    fn momentum(
-        &self,
-        q: &Self::Coordinates,
-        u: &Self::Speeds,
-    ) -> ::core::result::Result<::lamc_runtime::Momentum<S>, ::lamc_runtime::Error> {
-        Ok(TriplePendulum::momentum(self, q, u))
     }
     fn poses(
         &self,
@@ -911,115 +890,6 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         reactions[15] = reactions_2_3;
         reactions[16] = net_force_lower_z - net_moment_lower_y;
         reactions[17] = -(net_force_lower_y + net_moment_lower_z);
-    }
-    /// The centre of mass of all moving bodies together, and their momenta, in the base frame.
-    fn momentum_into(&self, q: &[S; 3], u: &[S; 3], momentum: &mut [S; 9]) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let [
-            (sin_shoulder, cos_shoulder),
-            (sin_elbow, cos_elbow),
-            (sin_wrist, cos_wrist),
-        ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // middle: angular velocity: w = R^T w_parent + u e_x
-        let omega_middle_x = u[0] + u[1];
-        // middle: velocity: v = R^T (v_parent + w_parent x r)
-        let minus_velocity_middle_y = sin_elbow * u[0];
-        let minus_velocity_middle_z = cos_elbow * u[0];
-        // middle: placement: A = A_parent R, p = p_parent + A_parent r
-        let sin_shoulder_times_sin_elbow = sin_shoulder * sin_elbow;
-        let cos_shoulder_times_cos_elbow = cos_shoulder * cos_elbow;
-        let axis_y_middle_x = sin_shoulder_times_sin_elbow - cos_shoulder_times_cos_elbow;
-        let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
-        let axis_z_middle_z = cos_shoulder_times_cos_elbow - sin_shoulder_times_sin_elbow;
-        let origin_middle_z = c(0.5) - sin_shoulder;
-        // lower: angular velocity: w = R^T w_parent + u e_x
-        let omega_lower_x = u[2] - omega_middle_x;
-        // lower: velocity: v = R^T (v_parent + w_parent x r)
-        let velocity_middle_z_minus_omega_middle_x = -minus_velocity_middle_z - omega_middle_x;
-        let velocity_lower_y = mul_add(cos_wrist, minus_velocity_middle_y,
-            sin_wrist * velocity_middle_z_minus_omega_middle_x);
-        let velocity_lower_z = mul_add(-sin_wrist, minus_velocity_middle_y,
-            cos_wrist * velocity_middle_z_minus_omega_middle_x);
-        // lower: placement: A = A_parent R, p = p_parent + A_parent r
-        let sin_wrist_times_axis_y_middle_z = sin_wrist * axis_y_middle_z;
-        let axis_y_lower_x = mul_add(-cos_wrist, axis_y_middle_x, sin_wrist_times_axis_y_middle_z);
-        let cos_wrist_times_axis_y_middle_z = cos_wrist * axis_y_middle_z;
-        let axis_y_lower_z = mul_add(sin_wrist, axis_z_middle_z, -cos_wrist_times_axis_y_middle_z);
-        let axis_z_lower_x = mul_add(sin_wrist, axis_y_middle_x, cos_wrist_times_axis_y_middle_z);
-        let axis_z_lower_z = mul_add(cos_wrist, axis_z_middle_z, sin_wrist_times_axis_y_middle_z);
-        let origin_lower_x = cos_shoulder - axis_y_middle_x;
-        let origin_lower_z = origin_middle_z - axis_y_middle_z;
-        // mechanism: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let centre_of_mass_x = c(INVERSE_MASS) * mul_add(c(FIRST_MOMENT_LOWER_Y), axis_y_lower_x,
-            mul_add(c(MASS_LOWER), origin_lower_x, mul_add(c(-FIRST_MOMENT_UPPER_X),
-            axis_y_middle_x, cos_shoulder * c(1.4999754))));
-        let centre_of_mass_z = c(INVERSE_MASS) * mul_add(c(FIRST_MOMENT_LOWER_Y), axis_y_lower_z,
-            mul_add(c(MASS_LOWER), origin_lower_z, mul_add(c(-FIRST_MOMENT_UPPER_X),
-            axis_y_middle_z, mul_add(c(MASS_UPPER), origin_middle_z,
-            mul_add(c(-FIRST_MOMENT_UPPER_X), sin_shoulder, c(FIRST_MOMENT_UPPER_X))))));
-        // upper: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let minus_momentum_force_upper_z = u[0] * c(FIRST_MOMENT_UPPER_X);
-        let momentum_moment_upper_y = u[0] * c(SECOND_MOMENT_UPPER_XY);
-        let minus_linear_momentum_upper_x = sin_shoulder * minus_momentum_force_upper_z;
-        let minus_linear_momentum_upper_z = cos_shoulder * minus_momentum_force_upper_z;
-        // middle: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_middle_y = minus_velocity_middle_y * c(-MASS_MIDDLE);
-        let momentum_force_middle_z = mul_add(c(-FIRST_MOMENT_MIDDLE_X), omega_middle_x,
-            minus_velocity_middle_z * c(-MASS_MIDDLE));
-        let minus_velocity_middle_z_product = minus_velocity_middle_z * c(-FIRST_MOMENT_MIDDLE_X);
-        let momentum_moment_middle_y = mul_add(c(SECOND_MOMENT_MIDDLE_XY), omega_middle_x,
-            -minus_velocity_middle_z_product);
-        let momentum_moment_middle_z = minus_velocity_middle_y * c(-FIRST_MOMENT_MIDDLE_X);
-        let linear_momentum_middle_x = mul_add(axis_y_middle_z, momentum_force_middle_z,
-            axis_y_middle_x * momentum_force_middle_y);
-        let linear_momentum_middle_z = mul_add(axis_z_middle_z, momentum_force_middle_z,
-            axis_y_middle_z * momentum_force_middle_y);
-        // lower: momentum: m v + w x h, I w + h x v + (p - centre) x (m v + w x h)
-        let momentum_force_lower_y = velocity_lower_y * c(MASS_LOWER);
-        let momentum_force_lower_z = mul_add(c(FIRST_MOMENT_LOWER_Y), omega_lower_x,
-            velocity_lower_z * c(MASS_LOWER));
-        let momentum_moment_lower_y = mul_add(c(SECOND_MOMENT_LOWER_XY), omega_lower_x,
-            velocity_lower_z * c(FIRST_MOMENT_LOWER_X));
-        let minus_momentum_moment_lower_z = velocity_lower_y * c(FIRST_MOMENT_LOWER_X);
-        let linear_momentum_lower_x = mul_add(axis_z_lower_x, momentum_force_lower_z,
-            axis_y_lower_x * momentum_force_lower_y);
-        let linear_momentum_lower_z = mul_add(axis_z_lower_z, momentum_force_lower_z,
-            axis_y_lower_z * momentum_force_lower_y);
-        // mechanism: results: what the function returns
-        let momentum_2_0_sum = mul_add(-axis_z_lower_x, minus_momentum_moment_lower_z,
-            mul_add(c(-0.5), linear_momentum_middle_z, mul_add(axis_y_middle_x,
-            momentum_moment_middle_y, mul_add(axis_y_middle_z, momentum_moment_middle_z,
-            mul_add(c(0.5), minus_linear_momentum_upper_z,
-            -cos_shoulder * momentum_moment_upper_y)))));
-        let momentum_2_1_sum = mul_add(-linear_momentum_middle_z, cos_shoulder - centre_of_mass_x,
-            mul_add(-centre_of_mass_x, minus_linear_momentum_upper_z,
-            mul_add(c(-FIRST_MOMENT_LOWER_Y), velocity_lower_z, mul_add(c(-MASS_WRIST_WRIST),
-            omega_lower_x, mul_add(c(SECOND_MOMENT_MIDDLE_YY_PLUS_SECOND_MOMENT_MIDDLE_ZZ),
-            omega_middle_x, u[0] * c(SECOND_MOMENT_UPPER_YY_PLUS_SECOND_MOMENT_UPPER_ZZ)))
-            - minus_velocity_middle_z_product)));
-        let momentum_2_1 = mul_add(-linear_momentum_lower_z, origin_lower_x - centre_of_mass_x,
-            linear_momentum_lower_x * (origin_lower_z - centre_of_mass_z))
-            + (mul_add(-minus_linear_momentum_upper_x, c(0.5) - centre_of_mass_z,
-            linear_momentum_middle_x * (origin_middle_z - centre_of_mass_z)) + momentum_2_1_sum);
-        let momentum_2_2_sum = mul_add(-axis_z_lower_z, minus_momentum_moment_lower_z,
-            mul_add(c(0.5), linear_momentum_middle_x, mul_add(axis_y_middle_z,
-            momentum_moment_middle_y, mul_add(axis_z_middle_z, momentum_moment_middle_z,
-            mul_add(c(-0.5), minus_linear_momentum_upper_x,
-            sin_shoulder * momentum_moment_upper_y)))));
-        momentum[0] = centre_of_mass_x;
-        momentum[1] = c(0.5);
-        momentum[2] = centre_of_mass_z;
-        momentum[3] = linear_momentum_lower_x + (linear_momentum_middle_x
-            - minus_linear_momentum_upper_x);
-        momentum[4] = c(0.0);
-        momentum[5] = linear_momentum_lower_z + (linear_momentum_middle_z
-            - minus_linear_momentum_upper_z);
-        momentum[6] = mul_add(c(-0.5), linear_momentum_lower_z, mul_add(axis_y_lower_x,
-            momentum_moment_lower_y, momentum_2_0_sum));
-        momentum[7] = momentum_2_1;
-        momentum[8] = mul_add(c(0.5), linear_momentum_lower_x, mul_add(axis_y_lower_z,
-            momentum_moment_lower_y, momentum_2_2_sum));
     }
     /// The change of the equations' imbalance along a direction, at constant du/dt and lambda.
     fn tangent_into(

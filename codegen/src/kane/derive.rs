@@ -57,7 +57,8 @@ fn equations(
     let forces = GeneralizedForces::new(b, &kinematics, &loads);
     let mass = MassMatrix::new(b, &kinematics, &inertias);
     let energy = Energy::new(b, &kinematics, &inertias, &loads);
-    let momentum = Momentum::new(b, &kinematics, &inertias);
+    let is_free = !topology.mechanism.free.is_empty();
+    let momentum = is_free.then(|| Momentum::new(b, &kinematics, &inertias).components);
     let closure = Closure::new(b, &kinematics);
     let outputs = Outputs::new(b, &kinematics);
     let given = Given::new(b, &closure);
@@ -97,7 +98,7 @@ fn equations(
         imbalance: b.trees(&inverse.imbalance),
         opening: b.trees(&inverse.opening),
         reactions: b.trees(&inverse.reactions),
-        momentum: b.trees(&momentum.components),
+        momentum: momentum.map(|components| b.trees(&components)),
         kinetic_energy: b.tree(&energy.kinetic),
         potential_energy: b.tree(&energy.potential),
         bindings: b.bindings(),

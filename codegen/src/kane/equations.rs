@@ -97,8 +97,8 @@ pub struct Equations {
     /// J x 6.
     pub reactions: Vec<Tree<Leaf>>,
     /// Centre of mass (m), linear momentum (kg m/s) and angular momentum about that centre (kg m^2/s) of all
-    /// moving bodies, 9.
-    pub momentum: Vec<Tree<Leaf>>,
+    /// moving bodies, 9. Only mechanisms with free bodies have it.
+    pub momentum: Option<Vec<Tree<Leaf>>>,
     /// Kinetic energy, J.
     pub kinetic_energy: Tree<Leaf>,
     /// Potential energy of gravity and springs, J.

@@ -42,7 +42,10 @@ pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> 
         drives(angles),
         of(Contacts, &[&e.contacts]),
         of(Reactions, &[&e.reactions]),
-        of(Momentum, &[&e.momentum]),
+        match &e.momentum {
+            Some(momentum) => of(Momentum, &[momentum]),
+            None => Function { kind: Momentum, instructions: Vec::new(), outputs: Vec::new() },
+        },
         differentiate::along_changes(
             of(Tangent, &[&e.imbalance, &e.opening]),
             &Directions::of(interface),

@@ -66,7 +66,8 @@ struct StateReport {
     /// For each joint force (N) and moment (N m) of the first body on the second, in the joint's
     /// frame.
     reactions: Vec<Vec<f64>>,
-    momentum: MomentumReport,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    momentum: Option<MomentumReport>,
     /// By contact point, position (m) and force on the body (N), in the base frame.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     contacts: BTreeMap<String, Vec<f64>>,
@@ -200,14 +201,15 @@ fn evaluate(
     if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
         return Err("its energy is too large for a double".to_owned());
     }
-    let momentum = system.momentum(&q, &u).map_err(message)?;
+    // Momenta of mechanisms that the ground holds are not computed.
+    let momentum = system.momentum(&q, &u).ok();
     Ok(StateReport {
         t: state.t,
-        momentum: MomentumReport {
-            centre_of_mass: momentum.centre,
-            linear: momentum.linear,
-            angular: momentum.angular,
-        },
+        momentum: momentum.map(|found| MomentumReport {
+            centre_of_mass: found.centre,
+            linear: found.linear,
+            angular: found.angular,
+        }),
         q,
         u,
         reactions: reactions.chunks(6).map(<[f64]>::to_vec).collect(),

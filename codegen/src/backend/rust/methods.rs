@@ -164,9 +164,7 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
 fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let interface = &program.interface;
-    let speeds = interface.speeds();
-    let [nq, n] = [interface.coordinates(), speeds].map(number);
-    let r = 9 * interface.loops.len();
+    let [nq, n] = [interface.coordinates(), interface.speeds()].map(number);
     let mut methods = TokenStream::new();
     if has(program, FunctionKind::Energy) {
         let energy = method(FunctionKind::Energy);
@@ -207,19 +205,7 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
         });
     }
     methods.extend(contacts(program, syntax));
-    if r > 0 {
-        let (residuals, entries, closure) =
-            (number(r), number(r * speeds), method(FunctionKind::Closure));
-        methods.extend(quote! {
-            /// Nine residuals per loop, m, and their Jacobian.
-            pub fn closure(&self, q: &[#scalar; #nq]) -> ::lamc_runtime::Closure<#scalar, #n, #residuals> {
-                let (mut residual, mut jacobian) = ([#zero; #residuals], [#zero; #entries]);
-                self.#closure(q, &mut residual, &mut jacobian);
-                let jacobian = ::lamc_runtime::plumbing::matrix(&jacobian);
-                ::lamc_runtime::Closure { residual, jacobian }
-            }
-        });
-    }
+    methods.extend(closure(program, syntax));
     methods
 }
 
@@ -260,6 +246,29 @@ fn momentum(program: &Program, syntax: &Syntax) -> TokenStream {
                 self.#momentum(q, u, momentum);
                 let [centre, linear, angular] = ::lamc_runtime::plumbing::matrix(momentum);
                 ::lamc_runtime::Momentum { centre, linear, angular }
+            }
+        });
+    }
+    methods
+}
+
+/// Returns the method for the closure, if there are loops.
+fn closure(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let interface = &program.interface;
+    let (speeds, r) = (interface.speeds(), 9 * interface.loops.len());
+    let [nq, n] = [interface.coordinates(), speeds].map(number);
+    let mut methods = TokenStream::new();
+    if r > 0 {
+        let (residuals, entries, closure) =
+            (number(r), number(r * speeds), method(FunctionKind::Closure));
+        methods.extend(quote! {
+            /// Nine residuals per loop, m, and their Jacobian.
+            pub fn closure(&self, q: &[#scalar; #nq]) -> ::lamc_runtime::Closure<#scalar, #n, #residuals> {
+                let (mut residual, mut jacobian) = ([#zero; #residuals], [#zero; #entries]);
+                self.#closure(q, &mut residual, &mut jacobian);
+                let jacobian = ::lamc_runtime::plumbing::matrix(&jacobian);
+                ::lamc_runtime::Closure { residual, jacobian }
             }
         });
     }
