@@ -54,7 +54,7 @@ pub enum Freedom {
     /// About a hinge.
     Hinge(Hinge),
     /// In all directions, relative to the ground.
-    Free(Free),
+    Free(Box<Free>),
 }
 
 /// A hinge.
@@ -121,7 +121,7 @@ pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
         let joint = match described.connection {
             Connection::Hinge(joint) => joint,
             Connection::Free(id) => {
-                let freedom = Freedom::Free(Free::new(binder, node, &frame, id));
+                let freedom = Freedom::Free(Box::new(Free::new(binder, node, &frame, id)));
                 links.push(Link {
                     node,
                     parent,

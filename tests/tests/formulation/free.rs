@@ -143,9 +143,9 @@ fn a_falling_six_bar_follows_a_parabola() {
         let t = 0.5;
         run(&system, &mut state, t, |_| {});
         let after = system.momentum(&state.q, &state.u).unwrap();
-        for k in 0..3 {
+        for (k, g) in g.into_iter().enumerate() {
             let velocity = before.linear[k] / mass;
-            let expected = before.centre[k] + velocity * t + 0.5 * g[k] * t * t;
+            let expected = before.centre[k] + velocity * t + 0.5 * g * t * t;
             let error = (after.centre[k] - expected).abs();
             assert!(error <= 1e-10, "{name} {k}: {error:e}");
         }
