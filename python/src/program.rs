@@ -7,7 +7,7 @@ use lamc::laminate::verdicts;
 use lamc::pipeline::Compiled;
 use lamc::program::{Executable, Interface};
 use lamc::source::Severity;
-use lamc_runtime::Error as RuntimeError;
+use lamc_runtime::{Error as RuntimeError, Mechanism as _};
 use lamc_workbench::check;
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;

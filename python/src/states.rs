@@ -227,7 +227,7 @@ impl Program {
     /// du/dt, NU; its derivatives by each input, I x NU.
     fn by_inputs<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
         let system = self.system();
-        let (d, inputs) = (system.dimensions(), system.inputs().len());
+        let (n, inputs) = (system.dimensions().speeds, system.inputs().len());
         let (still, parameters) = (vec![0.0; n], vec![0.0; system.parameters().len()]);
         let units: Vec<Vec<f64>> = (0..inputs)
             .map(|k| (0..inputs).map(|j| f64::from(u8::from(j == k))).collect())

@@ -13,7 +13,7 @@ PLATE = {
     "materials": {"card": {"density": 700, "thickness": 0.4}},
     "layup": ["card"],
     "bodies": {"hull": {"free": True, "outline": [[0, 0], [40, 0], [40, 20], [0, 20]]}},
-    "points": {"corner": {"body": "hull", "at": [0, 0]}},
+    "points": {"corner": {"body": "hull", "at": [0, 0, 0]}},
 }
 MASS = 700 * 0.04 * 0.02 * 0.0004
 STIFFNESS = 50.0
@@ -62,10 +62,11 @@ def test_a_thrown_plate(plate: lamc.Model) -> None:
     assert np.abs(turning - turning[0]).max() < 1e-8 * np.linalg.norm(turning[0])
     # The corner lies where the quaternion turns it.
     w, vector = motion.q[-1, 3], motion.q[-1, 4:]
-    arm = np.array([-0.02, -0.01, 0.0])
+    middle = np.array([0.02, 0.01, 0.0002])
+    arm = -middle
     turned = arm + 2 * np.cross(vector, np.cross(vector, arm) + w * arm)
     corner = motion.points[-1, 0] - motion.q[-1, :3]
-    assert np.abs(corner - turned - [0.02, 0.01, 0]).max() < 1e-12
+    assert np.abs(corner - turned - middle).max() < 1e-12
     again = pickle.loads(pickle.dumps(motion))
     assert np.array_equal(again.q, motion.q) and np.array_equal(again.u, motion.u)
     stepped, _ = plate.step(q, u, 1e-4, steps=5000)
@@ -85,8 +86,8 @@ def test_a_plate_that_stands() -> None:
     rest = modes.equilibrium
     assert rest.neutral and not rest.stable and rest.dynamically_stable
     weight = MASS * 9.81
-    # The lower face touches, half a thickness below the middle.
-    assert rest.q[2] == pytest.approx(-0.02 + 0.0002 - weight / (4 * STIFFNESS), abs=1e-9)
+    # The lower face, which is drawn at z = 0, sinks in at four corners.
+    assert rest.q[2] == pytest.approx(-0.02 - weight / (4 * STIFFNESS), abs=1e-9)
     turn = rest.q[3:]
     assert turn[1] == pytest.approx(0, abs=1e-9) and turn[2] == pytest.approx(0, abs=1e-9)
     heave = np.sqrt(4 * STIFFNESS / MASS)
@@ -101,7 +102,7 @@ def test_a_plate_that_stands() -> None:
 def test_a_sweep_of_throws(tmp_path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     model = lamc.load(PLATE | {"parameters": {"g": 9.81}, "gravity": [0, 0, "-g"]})
-    plan = {"parameters": {"g": {"grid": [1.0, 2.0]}}, "simulate": {"duration": 0.5, "record": ["end"]}}
+    plan = {"grid": {"g": {"from": 1.0, "to": 2.0, "count": 2}}, "duration": 0.5, "record": ["end"]}
     lamc.sweep(model, plan, tmp_path / "thrown.parquet")
     table = parquet.read_table(tmp_path / "thrown.parquet").to_pydict()
     assert table["q.hull.z"] == pytest.approx([-0.125, -0.25], abs=1e-9)
