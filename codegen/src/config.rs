@@ -173,10 +173,6 @@ impl Config {
             Some(folder) => folder.clone(),
             None => env::var_os("OUT_DIR").map(PathBuf::from).ok_or(BuildError::NoFolder)?,
         };
-        if self.extern_c {
-            let interface = &compiled.program.interface;
-            interface.without_free("C headers").map_err(BuildError::Compile)?;
-        }
         let path = folder.join(file.module_name()).with_extension("rs");
         let options = Options {
             scalar: self.precision,

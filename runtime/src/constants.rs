@@ -312,4 +312,9 @@ constants! {
     /// step at its first attempt. Pieces help where a law leaves its domain for a moment;
     /// where a step of a sixteenth does not, the motion is too fast for the step.
     STEP_PIECES: usize = 16;
+
+    // Free bodies.
+
+    /// Rotation vectors shorter than this turn nothing, rad. Their length is not zero, so that it can divide.
+    LEAST_TURN: f64 = 1e-30;
 }

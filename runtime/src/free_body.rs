@@ -11,14 +11,12 @@
 //! Quaternions multiply as Hamilton's (J. Diebel, "Representing Attitude", 2006, sections 6.1 to 6.9).
 
 use crate::Arithmetic;
+use crate::constants::LEAST_TURN;
 
 /// Coordinates of a free body: r, then p.
 pub const COORDINATES: usize = 7;
 /// Speeds of a free body: v, then w.
 pub const SPEEDS: usize = 6;
-
-/// Rotation vectors shorter than this (rad) turn nothing. Their length is not zero, so that it can divide.
-const LEAST_TURN: f64 = 1e-30;
 
 /// The part of a vector along q that belongs to the free bodies.
 fn coordinates<S>(q: &mut [S], joints: usize) -> &mut [[S; COORDINATES]] {

@@ -36,6 +36,7 @@ pub mod c {
         NUMBERS = "c/numbers.c";
         LINEAR_ALGEBRA = "c/linear_algebra.c";
         CHOLESKY = "c/cholesky.c";
+        FREE_BODIES = "c/free_bodies.c";
         PSEUDOINVERSE = "c/pseudoinverse.c";
         INDEPENDENT = "c/independent.c";
         RANK = "c/rank.c";

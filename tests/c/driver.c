@@ -9,7 +9,15 @@
 #define JOIN(a, b) JOIN_(a, b)
 #define F(name) JOIN(MODEL, name)
 #define M(name) JOIN(UPPER, name)
-#define N M(N)
+#ifdef FREE /* there are free bodies */
+#define NQ M(NQ)
+#define NU M(NU)
+#define PINS M(JOINTS)
+#else
+#define NQ M(N)
+#define NU M(N)
+#define PINS M(N)
+#endif
 
 typedef REAL real;
 
@@ -43,35 +51,35 @@ static void answer(const char *name, int status, const real *x, int n)
 
 static void state(void)
 {
-    real q[N], u[N], qdd[N] = { 0 }, energy[2], poses[M(BODIES)][12], mass[N][N], forcing[N];
+    real q[NQ], u[NU], qdd[NU] = { 0 }, energy[2], poses[M(BODIES)][12], mass[NU][NU], forcing[NU];
     const real t = number();
     int status;
-    numbers(q, N);
-    numbers(u, N);
+    numbers(q, NQ);
+    numbers(u, NU);
     status = F(acceleration)(t, q, u, &p, &in, qdd);
-    answer("acceleration", status, qdd, N);
+    answer("acceleration", status, qdd, NU);
     F(energy)(t, q, u, &p, &in, &energy[0], &energy[1]);
     answer("energy", 0, energy, 2);
     F(poses)(q, poses);
     answer("poses", 0, &poses[0][0], 12 * M(BODIES));
 #if M(C) > 0
     {
-        real jacobian[M(C)][N], gamma[M(C)];
+        real jacobian[M(C)][NU], gamma[M(C)];
         F(equations)(t, q, u, &p, &in, mass, forcing, jacobian, gamma);
-        answer("jacobian", 0, &jacobian[0][0], M(C) * N);
+        answer("jacobian", 0, &jacobian[0][0], M(C) * NU);
         answer("gamma", 0, gamma, M(C));
     }
 #else
     F(equations)(t, q, u, &p, &in, mass, forcing);
 #endif
-    answer("mass", 0, &mass[0][0], N * N);
-    answer("forcing", 0, forcing, N);
+    answer("mass", 0, &mass[0][0], NU * NU);
+    answer("forcing", 0, forcing, NU);
 #if M(LOOPS) > 0
     {
-        real residual[9 * M(LOOPS)], jacobian[9 * M(LOOPS)][N];
+        real residual[9 * M(LOOPS)], jacobian[9 * M(LOOPS)][NU];
         F(closure)(q, residual, jacobian);
         answer("residual", 0, residual, 9 * M(LOOPS));
-        answer("residual's jacobian", 0, &jacobian[0][0], 9 * M(LOOPS) * N);
+        answer("residual's jacobian", 0, &jacobian[0][0], 9 * M(LOOPS) * NU);
     }
 #endif
 #if M(POINTS) > 0
@@ -88,11 +96,18 @@ static void state(void)
         answer("contacts", 0, &contacts[0][0], 6 * M(CONTACTS));
     }
 #endif
+#ifdef FREE
+    {
+        real momentum[3][3];
+        F(momentum)(q, u, &p, momentum);
+        answer("momentum", 0, &momentum[0][0], 9);
+    }
+#endif
 #if M(DRIVES) > 0
     {
-        real torque[N] = { 0 };
+        real torque[PINS] = { 0 };
         status = F(motor_torques)(t, q, u, &p, &in, torque);
-        answer("motor torques", status, torque, N);
+        answer("motor torques", status, torque, PINS);
     }
 #endif
 }
@@ -100,33 +115,33 @@ static void state(void)
 static void read_state(real *t, real *q, real *u)
 {
     *t = number();
-    numbers(q, N);
-    numbers(u, N);
+    numbers(q, NQ);
+    numbers(u, NU);
 }
 
 /* t, q, pinned */
 static void assemble(void)
 {
-    real q[N];
-    unsigned char pinned[N];
+    real q[NQ];
+    unsigned char pinned[PINS + 1];
     const real t = number();
     int status;
-    numbers(q, N);
-    for (int i = 0; i < N; i++)
+    numbers(q, NQ);
+    for (int i = 0; i < PINS; i++)
         pinned[i] = number() > 0;
     status = F(assemble)(t, q, pinned, &p, &in);
-    answer("assembled", status, q, N);
+    answer("assembled", status, q, NQ);
 }
 
 /* t, q, u */
 static void project(void)
 {
-    real q[N], u[N], t;
+    real q[NQ], u[NU], t;
     int status;
     read_state(&t, q, u);
     status = F(project)(t, q, u, &p, &in);
-    answer("projected q", status, q, N);
-    answer("projected u", status, u, N);
+    answer("projected q", status, q, NQ);
+    answer("projected u", status, u, NU);
 }
 
 /* steps, dt, t, q, u */
@@ -134,22 +149,22 @@ static void run(void)
 {
     const int steps = (int)number();
     const real dt = number();
-    real q[N], u[N], t;
+    real q[NQ], u[NU], t;
     int status = M(OK);
     read_state(&t, q, u);
     for (int i = 0; i < steps && status == M(OK); i++)
         status = F(step_rk4)(&t, q, u, dt, &p, &in);
     answer("t after steps", status, &t, 1);
-    answer("q after steps", status, q, N);
-    answer("u after steps", status, u, N);
+    answer("q after steps", status, q, NQ);
+    answer("u after steps", status, u, NU);
 }
 
 static void initial(void)
 {
-    real q[N] = { 0 }, u[N] = { 0 };
+    real q[NQ] = { 0 }, u[NU] = { 0 };
     const int status = F(initial)(q, u, &p, &in);
-    answer("initial q", status, q, N);
-    answer("initial u", status, u, N);
+    answer("initial q", status, q, NQ);
+    answer("initial u", status, u, NU);
 }
 
 int main(void)

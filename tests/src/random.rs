@@ -9,6 +9,7 @@ use std::fmt::Write;
 
 use lamc::program::Interpreter;
 use lamc::topology::LoopClass;
+use lamc_runtime::plumbing::Dimensions;
 use lamc_runtime::{Mechanism, State, assemble, project};
 
 pub use crate::uniform::Random;
@@ -375,13 +376,13 @@ fn closed_state_from(
     random: &mut Random,
     guess: impl Fn(&mut Random) -> Vec<f64>,
 ) -> State<Vec<f64>, f64> {
-    let n = system.dimensions().coordinates;
+    let Dimensions { joints, speeds, .. } = system.dimensions();
     let mut workspace = system.workspace();
     for _ in 0..30 {
         let t = random.range(0.0, 1.0);
         let mut q = guess(random);
-        let mut u: Vec<f64> = (0..n).map(|_| random.range(-3.0, 3.0)).collect();
-        if assemble(system, t, &mut q, &vec![false; n], &mut workspace).is_ok()
+        let mut u: Vec<f64> = (0..speeds).map(|_| random.range(-3.0, 3.0)).collect();
+        if assemble(system, t, &mut q, &vec![false; joints], &mut workspace).is_ok()
             && project(system, t, &mut q, &mut u, &mut workspace).is_ok()
         {
             return State { t, q, u };

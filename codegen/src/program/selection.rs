@@ -95,6 +95,17 @@ impl Program {
         Selection::of(written.map(|function| function.kind))
     }
 
+    /// The option of the command that chooses the functions that the program has, as [`Selection::option`]; empty too
+    /// where no free body has a momentum. The unrolled Jacobian counts as left out.
+    pub fn option(&self) -> String {
+        let all = Selection::default();
+        let without = Selection(all.0 & !(1 << FunctionKind::Momentum as u16));
+        match self.selection().and(all) {
+            selection if self.interface.free.is_empty() && selection == without => all.option(),
+            selection => selection.option(),
+        }
+    }
+
     /// The program with the functions of a set; the others have neither instructions nor outputs.
     #[must_use]
     pub fn only(&self, selection: Selection) -> Self {

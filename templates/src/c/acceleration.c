@@ -10,10 +10,10 @@
 /* Why the mass matrix has no factor: the pivot failed at this joint. */
 PRIVATE int status_of_mass(const real *mass, int pivot, const real *q, const real *u)
 {
-    if (!all_finite(q, COORDINATES) || !all_finite(u, COORDINATES))
+    if (!all_finite(q, COORDINATES) || !all_finite(u, SPEEDS))
         return status_not_finite;
     for (int i = 0; i <= pivot; i++)
-        if (!is_finite(mass[pivot * COORDINATES + i]))
+        if (!is_finite(mass[pivot * SPEEDS + i]))
             return status_not_finite;
     return status_mass_matrix;
 }
@@ -41,16 +41,16 @@ static int decide(real t, const real *q, const real *u, const parameters *p, con
     if (zone > 0 && is_below(&kept, zone, gap)) {
         /* A direction that is kept shows itself where rounding of the state makes little of the
          * acceleration. */
-        const real rounding = uncertainty(gap, kept.least) * dot(u, u, COORDINATES);
-        real acceleration[COORDINATES], passing[COORDINATES];
-        copy(acceleration, y, COORDINATES);
-        add_scaled(acceleration, 1, push, COORDINATES);
-        substitute_backward(mass, acceleration, COORDINATES);
+        const real rounding = uncertainty(gap, kept.least) * dot(u, u, SPEEDS);
+        real acceleration[SPEEDS], passing[SPEEDS];
+        copy(acceleration, y, SPEEDS);
+        add_scaled(acceleration, 1, push, SPEEDS);
+        substitute_backward(mass, acceleration, SPEEDS);
         if (!(kept.least < zone
                 && rounding <= NOISE_OF_ACCELERATION * kept.least
-                        * largest_magnitude(acceleration, COORDINATES))
+                        * largest_magnitude(acceleration, SPEEDS))
             && solve_passing(t, q, u, p, in, mass, gap, zone, y, passing))
-            copy(push, passing, COORDINATES);
+            copy(push, passing, SPEEDS);
     }
     return is_below(&kept, WEAK_SHARE, gap) && !is_closed(gap);
 }
@@ -61,13 +61,13 @@ static int add_push(real t, const real *q, const real *u, const parameters *p, c
     const real *mass, const real *jacobian, real *gamma, real zone, real *y, real *multipliers)
 {
     const real gap = gap_at(q);
-    real push[COORDINATES];
+    real push[SPEEDS];
     int weak = 0;
     for (int i = 0; i < ROWS; i++)
         gamma[i] = -gamma[i];
     if (!solve_directly(mass, jacobian, gamma, y, push))
         weak = decide(t, q, u, p, in, mass, jacobian, gamma, gap, zone, y, push);
-    add_scaled(y, 1, push, COORDINATES);
+    add_scaled(y, 1, push, SPEEDS);
 #if DRIVES > 0
     if (multipliers)
         write_multipliers(mass, jacobian, gap, push, multipliers);
@@ -82,30 +82,30 @@ static int add_push(real t, const real *q, const real *u, const parameters *p, c
 static int accelerate_generally(real t, const real *q, const real *u, const parameters *p,
     const inputs *in, real *acceleration, int *open, real *multipliers)
 {
-    real mass[COORDINATES * COORDINATES], y[COORDINATES];
+    real mass[SPEEDS * SPEEDS], y[SPEEDS];
     int weak = 0, pivot;
 #if RESIDUALS > 0
     const real zone = multipliers ? 0 : open ? passing_share() : lost_share();
-    real jacobian[ROWS * COORDINATES], gamma[ROWS];
+    real jacobian[ROWS * SPEEDS], gamma[ROWS];
     write_rows(t, q, u, p, in, mass, y, jacobian, gamma);
 #else
     equations_of(t, q, u, p, in, mass, y);
 #endif
-    pivot = factor_cholesky(mass, COORDINATES);
-    if (pivot < COORDINATES)
+    pivot = factor_cholesky(mass, SPEEDS);
+    if (pivot < SPEEDS)
         return status_of_mass(mass, pivot, q, u);
-    if (!all_finite(q, COORDINATES) || !all_finite(u, COORDINATES) || !all_finite(y, COORDINATES))
+    if (!all_finite(q, COORDINATES) || !all_finite(u, SPEEDS) || !all_finite(y, SPEEDS))
         return status_not_finite;
-    substitute_forward(mass, y, COORDINATES);
+    substitute_forward(mass, y, SPEEDS);
 #if RESIDUALS > 0
     weak = add_push(t, q, u, p, in, mass, jacobian, gamma, zone, y, multipliers);
 #else
     (void)multipliers;
 #endif
-    substitute_backward(mass, y, COORDINATES);
-    if (!all_finite(y, COORDINATES))
+    substitute_backward(mass, y, SPEEDS);
+    if (!all_finite(y, SPEEDS))
         return status_not_finite;
-    copy(acceleration, y, COORDINATES);
+    copy(acceleration, y, SPEEDS);
     if (open)
         *open = weak;
     return status_ok;
@@ -116,11 +116,11 @@ static int accelerate_generally(real t, const real *q, const real *u, const para
 static int accelerate_directly(real t, const real *q, const real *u, const parameters *p,
     const inputs *in, real *acceleration)
 {
-    real found[COORDINATES], margin[2];
+    real found[SPEEDS], margin[2];
     acceleration_of(t, q, u, p, in, found, margin);
-    if (!holds(margin) || !all_finite(found, COORDINATES))
+    if (!holds(margin) || !all_finite(found, SPEEDS))
         return 0;
-    copy(acceleration, found, COORDINATES);
+    copy(acceleration, found, SPEEDS);
     return 1;
 }
 #endif

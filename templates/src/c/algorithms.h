@@ -3,7 +3,10 @@
  *
  * mechanism.h stands for what a generated module puts in front of the algorithms: the type `real`, the
  * literal R(number), EPSILON, square_root(x), PRIVATE, the sizes of the mechanism, the constants of
- * runtime/src/constants.rs, the status codes, and the mechanism's own functions. */
+ * runtime/src/constants.rs, the status codes, and the mechanism's own functions.
+ *
+ * A mechanism without free bodies has as many joints as coordinates and speeds: its module says COORDINATES for
+ * each of them, and contains no lines for free bodies. */
 #ifndef ALGORITHMS_H
 #define ALGORITHMS_H
 
@@ -35,6 +38,18 @@ PRIVATE void substitute_forward(const real *l, real *x, int n);
 PRIVATE void substitute_backward(const real *l, real *x, int n);
 PRIVATE void multiply_lower(const real *l, real *x, int n);
 PRIVATE real conditioning(const real *l, int n, real trace);
+
+#if FREE_COUNT > 0
+/* free_bodies.c */
+PRIVATE void normalise(real *q);
+PRIVATE void write_rates(const real *q, const real *u, real *rates);
+#if RESIDUALS > 0
+PRIVATE void add_step(real *q, real factor, const real *step);
+#endif
+#if LOOPS > 0
+PRIVATE void write_difference(const real *from, const real *to, real *step);
+#endif
+#endif
 
 #if RESIDUALS > 0
 /* pseudoinverse.c */
@@ -114,6 +129,9 @@ PRIVATE real wrapped(const struct limits *limits, int joint, real angle);
 PRIVATE int is_held(const unsigned char *held, int joint);
 PRIVATE real evaluate(struct search *search, const real *q);
 PRIVATE real distance(const struct search *search, const real *q);
+#if FREE_COUNT > 0
+PRIVATE void follow_step(const struct search *search, const real *from, real factor, real *to);
+#endif
 PRIVATE int close_loops(struct search *search, real *q, const unsigned char *held);
 PRIVATE void slide(struct search *search, real *q, const unsigned char *held, real arrived);
 #endif

@@ -7,7 +7,7 @@
 /* Lets no joint leave the side of zero on which its guess lies. */
 static void set_signs(struct search *search)
 {
-    for (int i = 0; i < COORDINATES; i++) {
+    for (int i = 0; i < JOINTS; i++) {
         real *lower = search->limits.lower + i, *upper = search->limits.upper + i;
         if (*lower == *upper)
             continue;
@@ -21,7 +21,7 @@ static void set_signs(struct search *search)
 /* Whether each joint with a guess lies clearly on its guess's side of zero. */
 static int has_signs(const struct search *search, const real *q)
 {
-    for (int i = 0; i < COORDINATES; i++) {
+    for (int i = 0; i < JOINTS; i++) {
         if (search->guess[i] > 0 && !(q[i] > BENT_ANGLE))
             return 0;
         if (search->guess[i] < 0 && !(q[i] < -BENT_ANGLE))
@@ -45,11 +45,18 @@ static real noise(int restart, int joint)
 static int find(struct search *search, real *q, const unsigned char *held, int first, int last)
 {
     for (int restart = first; restart < last; restart++) {
-        for (int i = 0; i < COORDINATES; i++) {
+#if FREE_COUNT > 0
+        for (int i = 0; i < SPEEDS; i++)
+            search->step[i]
+                = is_held(held, i) ? 0 : RESTART_REACH * (real)restart * noise(restart, i);
+        follow_step(search, search->guess, 1, q);
+#else
+        for (int i = 0; i < SPEEDS; i++) {
             const real shift
                 = is_held(held, i) ? 0 : RESTART_REACH * (real)restart * noise(restart, i);
             q[i] = clamped(&search->limits, i, search->guess[i] + shift);
         }
+#endif
         if (close_loops(search, q, held)) {
             slide(search, q, held, SEARCH_NEAR);
             return 1;
@@ -73,7 +80,7 @@ static void improve(struct search *search, real t, real *q, const unsigned char 
         return;
     }
     /* Flat joints that should be bent: where branches meet. */
-    for (int i = 0; i < COORDINATES; i++)
+    for (int i = 0; i < JOINTS; i++)
         flat |= magnitude(search->guess[i]) > BENT_ANGLE && magnitude(q[i]) <= BENT_ANGLE;
     for (int restart = 1; flat && restart < BRANCH_RESTARTS; restart++)
         if (find(search, other, held, restart, restart + 1)
@@ -91,7 +98,10 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     if (!all_finite(q, COORDINATES))
         return status_not_finite;
     set_limits(&search.limits, t, p, in);
-    for (int i = 0; i < COORDINATES; i++)
+#if FREE_COUNT > 0
+    copy(search.guess, q, COORDINATES);
+#endif
+    for (int i = 0; i < JOINTS; i++)
         search.guess[i] = wrapped(&search.limits, i, q[i]);
     if (!find(&search, found, held, 0, RESTARTS)) {
         if (!held)

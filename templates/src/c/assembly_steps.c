@@ -8,6 +8,10 @@
 
 PRIVATE int is_held(const unsigned char *held, int joint)
 {
+#if FREE_COUNT > 0
+    if (joint >= JOINTS)
+        return 0;
+#endif
     return held && held[joint];
 }
 
@@ -21,55 +25,72 @@ PRIVATE real evaluate(struct search *search, const real *q)
 /* Square of the distance from the guess, rad^2. */
 PRIVATE real distance(const struct search *search, const real *q)
 {
+#if FREE_COUNT > 0
+    real way[SPEEDS];
+    write_difference(search->guess, q, way);
+    return dot(way, way, SPEEDS);
+#else
     real sum = 0;
-    for (int i = 0; i < COORDINATES; i++)
+    for (int i = 0; i < SPEEDS; i++)
         sum += (q[i] - search->guess[i]) * (q[i] - search->guess[i]);
     return sum;
+#endif
 }
+#if FREE_COUNT > 0
+
+/* So many steps from some coordinates, within the limits. */
+PRIVATE void follow_step(const struct search *search, const real *from, real factor, real *to)
+{
+    copy(to, from, COORDINATES);
+    add_step(to, factor, search->step);
+    for (int i = 0; i < JOINTS; i++)
+        to[i] = clamped(&search->limits, i, to[i]);
+}
+#endif
 
 /* J^T J, lower triangle, where both joints are free. */
 static void set_normal(struct search *search)
 {
-    fill(search->normal, 0, COORDINATES * COORDINATES);
+    fill(search->normal, 0, SPEEDS * SPEEDS);
     for (int row = 0; row < LOOP_RESIDUALS; row++) {
-        const real *derivatives = search->jacobian + row * COORDINATES;
-        for (int i = 0; i < COORDINATES; i++)
-            add_scaled(search->normal + i * COORDINATES, derivatives[i] * search->free[i], derivatives,
+        const real *derivatives = search->jacobian + row * SPEEDS;
+        for (int i = 0; i < SPEEDS; i++)
+            add_scaled(search->normal + i * SPEEDS, derivatives[i] * search->free[i], derivatives,
                 i + 1);
     }
-    for (int i = 0; i < COORDINATES; i++)
+    for (int i = 0; i < SPEEDS; i++)
         for (int k = 0; k < i; k++)
-            search->normal[i * COORDINATES + k] *= search->free[k];
+            search->normal[i * SPEEDS + k] *= search->free[k];
 }
 
 /* The step by the factor that there is. */
 static void substitute(struct search *search)
 {
-    for (int i = 0; i < COORDINATES; i++)
+    for (int i = 0; i < SPEEDS; i++)
         search->step[i] = search->right_hand_side[i] * search->free[i];
-    substitute_forward(search->factor, search->step, COORDINATES);
-    substitute_backward(search->factor, search->step, COORDINATES);
+    substitute_forward(search->factor, search->step, SPEEDS);
+    substitute_backward(search->factor, search->step, SPEEDS);
 }
 
 /* The step of (J^T J + mu) step = right-hand side; mu as a share of the largest entry of J^T J. */
 static void solve_normal(struct search *search, real damping)
 {
     real largest = 0;
-    for (int i = 0; i < COORDINATES; i++)
-        largest = larger(largest, search->normal[i * COORDINATES + i]);
+    for (int i = 0; i < SPEEDS; i++)
+        largest = larger(largest, search->normal[i * SPEEDS + i]);
     damping = larger(damping, LEAST_DAMPING);
     for (;;) {
-        copy(search->factor, search->normal, COORDINATES * COORDINATES);
-        for (int i = 0; i < COORDINATES; i++) {
-            search->factor[i * COORDINATES + i] += damping * largest;
+        copy(search->factor, search->normal, SPEEDS * SPEEDS);
+        for (int i = 0; i < SPEEDS; i++) {
+            search->factor[i * SPEEDS + i] += damping * largest;
             if (search->free[i] == 0)
-                search->factor[i * COORDINATES + i] = 1;
+                search->factor[i * SPEEDS + i] = 1;
         }
-        if (factor_cholesky(search->factor, COORDINATES) == COORDINATES || !is_finite(damping))
+        if (factor_cholesky(search->factor, SPEEDS) == SPEEDS || !is_finite(damping))
             break;
         damping *= SINGULAR_INCREASE;
         if (!(largest > 0)) {
-            fill(search->step, 0, COORDINATES);
+            fill(search->step, 0, SPEEDS);
             return;
         }
     }
@@ -80,10 +101,10 @@ static void solve_normal(struct search *search, real damping)
 static void linearise(struct search *search, const real *q, const unsigned char *held)
 {
     real *downhill = search->right_hand_side;
-    fill(downhill, 0, COORDINATES);
+    fill(downhill, 0, SPEEDS);
     for (int row = 0; row < LOOP_RESIDUALS; row++)
-        add_scaled(downhill, -search->residual[row], search->jacobian + row * COORDINATES, COORDINATES);
-    for (int i = 0; i < COORDINATES; i++) {
+        add_scaled(downhill, -search->residual[row], search->jacobian + row * SPEEDS, SPEEDS);
+    for (int i = 0; i < SPEEDS; i++) {
         const int stopped = (q[i] <= search->limits.lower[i] && downhill[i] < 0)
             || (q[i] >= search->limits.upper[i] && downhill[i] > 0);
         search->free[i] = stopped || is_held(held, i) ? 0 : 1;
@@ -99,10 +120,14 @@ static int try_steps(struct search *search, real *q, real *damping, real share, 
     for (int tried = 0; tried < CLOSING_TRIALS; tried++) {
         real longest, shortened, next;
         solve_normal(search, *damping * share);
-        longest = largest_magnitude(search->step, COORDINATES);
+        longest = largest_magnitude(search->step, SPEEDS);
         shortened = longest > LONGEST_STEP ? LONGEST_STEP / longest : 1;
-        for (int i = 0; i < COORDINATES; i++)
+#if FREE_COUNT > 0
+        follow_step(search, q, shortened, search->trial);
+#else
+        for (int i = 0; i < SPEEDS; i++)
             search->trial[i] = clamped(&search->limits, i, q[i] + shortened * search->step[i]);
+#endif
         next = evaluate(search, search->trial);
         *ratio = dot(search->residual, search->residual, LOOP_RESIDUALS) / before;
         if (*ratio < 1) {
@@ -137,31 +162,37 @@ PRIVATE int close_loops(struct search *search, real *q, const unsigned char *hel
  * across the closure. */
 static void set_tangent(struct search *search, const real *q, const unsigned char *held)
 {
-    for (int i = 0; i < COORDINATES; i++)
+    for (int i = 0; i < SPEEDS; i++)
         search->free[i] = is_held(held, i) ? 0 : 1;
     /* Each round holds the joints that would leave their limits; few ever do. */
-    for (int round = 0, leaves = 1; round <= COORDINATES && leaves; round++) {
+    for (int round = 0, leaves = 1; round <= SPEEDS && leaves; round++) {
         leaves = 0;
-        for (int i = 0; i < COORDINATES; i++)
+#if FREE_COUNT > 0
+        write_difference(q, search->guess, search->trial);
+        for (int i = 0; i < SPEEDS; i++)
+            search->trial[i] *= search->free[i];
+#else
+        for (int i = 0; i < SPEEDS; i++)
             search->trial[i] = search->free[i] * (search->guess[i] - q[i]);
+#endif
         set_normal(search);
         /* The second time takes away what damping left across the closure. */
         for (int pass = 0; pass < 2; pass++) {
-            fill(search->right_hand_side, 0, COORDINATES);
+            fill(search->right_hand_side, 0, SPEEDS);
             for (int row = 0; row < LOOP_RESIDUALS; row++) {
-                const real *derivatives = search->jacobian + row * COORDINATES;
+                const real *derivatives = search->jacobian + row * SPEEDS;
                 const real across
-                    = search->residual[row] + dot(derivatives, search->trial, COORDINATES);
-                add_scaled(search->right_hand_side, -across, derivatives, COORDINATES);
+                    = search->residual[row] + dot(derivatives, search->trial, SPEEDS);
+                add_scaled(search->right_hand_side, -across, derivatives, SPEEDS);
             }
             if (pass == 0)
                 solve_normal(search, SLIDING_DAMPING);
             else
                 substitute(search);
-            add_scaled(search->trial, 1, search->step, COORDINATES);
+            add_scaled(search->trial, 1, search->step, SPEEDS);
         }
-        copy(search->step, search->trial, COORDINATES);
-        for (int i = 0; i < COORDINATES; i++) {
+        copy(search->step, search->trial, SPEEDS);
+        for (int i = 0; i < SPEEDS; i++) {
             if ((q[i] <= search->limits.lower[i] && search->step[i] < 0)
                 || (q[i] >= search->limits.upper[i] && search->step[i] > 0)) {
                 search->free[i] = 0;
@@ -176,8 +207,16 @@ static void set_tangent(struct search *search, const real *q, const unsigned cha
 static real slide_length(const struct search *search, const real *q)
 {
     real moved_square = 0, product = 0;
-    for (int i = 0; i < COORDINATES; i++) {
+#if FREE_COUNT > 0
+    real way[SPEEDS];
+    write_difference(search->last_q, q, way);
+#endif
+    for (int i = 0; i < SPEEDS; i++) {
+#if FREE_COUNT > 0
+        const real moved = way[i];
+#else
         const real moved = q[i] - search->last_q[i];
+#endif
         moved_square += moved * moved;
         product += moved * (search->last_step[i] - search->step[i]);
     }
@@ -194,15 +233,19 @@ PRIVATE void slide(struct search *search, real *q, const unsigned char *held, re
         real far, share;
         int accepted = 0;
         set_tangent(search, q, held);
-        if (largest_magnitude(search->step, COORDINATES) <= arrived)
+        if (largest_magnitude(search->step, SPEEDS) <= arrived)
             return;
         far = distance(search, q);
         share = slid == 0 ? 1 : slide_length(search, q);
         copy(search->last_q, q, COORDINATES);
-        copy(search->last_step, search->step, COORDINATES);
+        copy(search->last_step, search->step, SPEEDS);
         for (int tried = 0; tried < SLIDING_TRIALS && !accepted; tried++) {
-            for (int i = 0; i < COORDINATES; i++)
+#if FREE_COUNT > 0
+            follow_step(search, q, share, candidate);
+#else
+            for (int i = 0; i < SPEEDS; i++)
                 candidate[i] = clamped(&search->limits, i, q[i] + share * search->step[i]);
+#endif
             if (close_loops(search, candidate, held) && distance(search, candidate) < far) {
                 copy(q, candidate, COORDINATES);
                 accepted = 1;

@@ -10,7 +10,10 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     if (!all_finite(q, COORDINATES))
         return status_not_finite;
     set_limits(&limits, t, p, in);
-    for (int i = 0; i < COORDINATES; i++)
+    for (int i = 0; i < JOINTS; i++)
         q[i] = wrapped(&limits, i, q[i]);
+#if FREE_COUNT > 0
+    normalise(q);
+#endif
     return status_ok;
 }

@@ -13,9 +13,9 @@ PRIVATE int step(real *t, real *q, real *u, real dt, const parameters *p, const 
         return status_time;
     for (int pieces = 1; pieces <= STEP_PIECES && status == status_not_finite; pieces *= 2) {
         const real piece = dt / (real)pieces;
-        real new_t = *t, new_q[COORDINATES], new_u[COORDINATES];
+        real new_t = *t, new_q[COORDINATES], new_u[SPEEDS];
         copy(new_q, q, COORDINATES);
-        copy(new_u, u, COORDINATES);
+        copy(new_u, u, SPEEDS);
         status = status_ok;
         for (int i = 0; i < pieces && status == status_ok; i++) {
             status = advance(new_t, new_q, new_u, piece, p, in);
@@ -24,7 +24,7 @@ PRIVATE int step(real *t, real *q, real *u, real dt, const parameters *p, const 
         if (status == status_ok) {
             *t += dt;
             copy(q, new_q, COORDINATES);
-            copy(u, new_u, COORDINATES);
+            copy(u, new_u, SPEEDS);
         }
     }
     return status;

@@ -27,26 +27,26 @@ static real dot_in_parts(const real *a, const real *b, int n)
 static void take_out(real *a, real *b, int k)
 {
     for (int i = 0; i < k; i++) {
-        const real *row = a + i * COORDINATES;
-        const real factor = -1 / dot_in_parts(row, row, COORDINATES);
+        const real *row = a + i * SPEEDS;
+        const real factor = -1 / dot_in_parts(row, row, SPEEDS);
         for (int j = i + 1; j < k; j++) {
-            const real share = factor * dot_in_parts(a + j * COORDINATES, row, COORDINATES);
-            add_scaled(a + j * COORDINATES, share, row, COORDINATES);
+            const real share = factor * dot_in_parts(a + j * SPEEDS, row, SPEEDS);
+            add_scaled(a + j * SPEEDS, share, row, SPEEDS);
             b[j] += share * b[i];
         }
     }
 }
 
-/* The longest of the columns of a, m x COORDINATES, and its length. */
+/* The longest of the columns of a, m x SPEEDS, and its length. */
 static int longest_column(const real *a, int m, real *length_of_column)
 {
-    real squares[COORDINATES], most = -1;
+    real squares[SPEEDS], most = -1;
     int longest = 0;
-    fill(squares, 0, COORDINATES);
+    fill(squares, 0, SPEEDS);
     for (int i = 0; i < m; i++)
-        for (int k = 0; k < COORDINATES; k++)
-            squares[k] += a[i * COORDINATES + k] * a[i * COORDINATES + k];
-    for (int k = 0; k < COORDINATES; k++) {
+        for (int k = 0; k < SPEEDS; k++)
+            squares[k] += a[i * SPEEDS + k] * a[i * SPEEDS + k];
+    for (int k = 0; k < SPEEDS; k++) {
         /* Written so that what is not a number is the longest. */
         if (!(squares[k] <= most)) {
             longest = k;
@@ -57,45 +57,45 @@ static int longest_column(const real *a, int m, real *length_of_column)
     return longest;
 }
 
-/* The reflection of the rows of a, m x COORDINATES, that leaves of column j only its first entry; it is applied
+/* The reflection of the rows of a, m x SPEEDS, that leaves of column j only its first entry; it is applied
  * to b as well. */
 static void reflect_longest(real *a, real *b, int m, int j, real length_of_column)
 {
     /* v = column - alpha e_1, kept in the column; H = 1 - v v^T / (alpha (alpha - head)). */
     const real alpha = a[j] > 0 ? -length_of_column : length_of_column;
     const real factor = 1 / (alpha * (alpha - a[j]));
-    real sums[COORDINATES], sum = 0;
+    real sums[SPEEDS], sum = 0;
     a[j] -= alpha;
-    fill(sums, 0, COORDINATES);
+    fill(sums, 0, SPEEDS);
     for (int i = 0; i < m; i++) {
-        const real share = factor * a[i * COORDINATES + j];
-        add_scaled(sums, share, a + i * COORDINATES, COORDINATES);
+        const real share = factor * a[i * SPEEDS + j];
+        add_scaled(sums, share, a + i * SPEEDS, SPEEDS);
         sum += share * b[i];
     }
     sums[j] = 0;
     for (int i = 0; i < m; i++) {
-        const real v = a[i * COORDINATES + j];
-        add_scaled(a + i * COORDINATES, -v, sums, COORDINATES);
+        const real v = a[i * SPEEDS + j];
+        add_scaled(a + i * SPEEDS, -v, sums, SPEEDS);
         b[i] -= v * sum;
-        a[i * COORDINATES + j] = 0;
+        a[i * SPEEDS + j] = 0;
     }
     a[j] = alpha;
 }
 
-/* Reflections of the longest columns of a, m x COORDINATES, and of b with it, until what is left is no longer than
+/* Reflections of the longest columns of a, m x SPEEDS, and of b with it, until what is left is no longer than
  * `least` times the first, or rounding: the number of rows that count. */
 static int reduce_longest(real *a, real *b, int m, real least, real *first, real *next)
 {
-    const real rounding = NEGLIGIBLE_EPSILONS * EPSILON * length(a, m * COORDINATES);
-    const int most = m < COORDINATES ? m : COORDINATES;
+    const real rounding = NEGLIGIBLE_EPSILONS * EPSILON * length(a, m * SPEEDS);
+    const int most = m < SPEEDS ? m : SPEEDS;
     for (int done = 0; done < most; done++) {
-        const int j = longest_column(a + done * COORDINATES, m - done, next);
+        const int j = longest_column(a + done * SPEEDS, m - done, next);
         if (done == 0)
             *first = *next;
         /* Written so that what is not a number ends it. */
         if (!(*next > least * *first && *next > rounding))
             return done;
-        reflect_longest(a + done * COORDINATES, b + done, m - done, j, *next);
+        reflect_longest(a + done * SPEEDS, b + done, m - done, j, *next);
     }
     *next = 0;
     return most;
@@ -109,16 +109,16 @@ static int reduce_loops(real *a, real *b, int m, real cut)
     for (int start = 0; start < m; start += RESIDUALS_OF_LOOP) {
         const int count = m - start < RESIDUALS_OF_LOOP ? m - start : RESIDUALS_OF_LOOP;
         real first = 0, next = 0;
-        const int rank = reduce_longest(a + start * COORDINATES, b + start, count,
+        const int rank = reduce_longest(a + start * SPEEDS, b + start, count,
             cut / (CLEAR_FACTOR * CLEAR_FACTOR), &first, &next);
-        copy(a + kept * COORDINATES, a + start * COORDINATES, rank * COORDINATES);
+        copy(a + kept * SPEEDS, a + start * SPEEDS, rank * SPEEDS);
         copy(b + kept, b + start, rank);
         kept += rank;
     }
     return kept;
 }
 
-/* Orthogonal rows that span those of a, m x COORDINATES, and b with them, where it is clear which of them count:
+/* Orthogonal rows that span those of a, m x SPEEDS, and b with them, where it is clear which of them count:
  * 1. Otherwise a and b are only reflected, and have the singular values that they had. */
 static int set_clearly_independent(real *a, real *b, int m, real cut, struct kept *kept)
 {
@@ -129,40 +129,40 @@ static int set_clearly_independent(real *a, real *b, int m, real cut, struct kep
         return 0;
     take_out(a, b, rank);
     for (int i = 0; i < rank; i++)
-        largest = larger(largest, length(a + i * COORDINATES, COORDINATES));
+        largest = larger(largest, length(a + i * SPEEDS, SPEEDS));
     least = largest;
     for (int i = 0; i < rank; i++)
-        least = smaller(least, length(a + i * COORDINATES, COORDINATES));
+        least = smaller(least, length(a + i * SPEEDS, SPEEDS));
     kept->rank = rank;
     kept->least = least / largest;
     kept->dropped = next / first;
     return 1;
 }
 
-/* Orthogonal rows that span the independent rows of a, m x COORDINATES, in its place, and b with them. The rows are
+/* Orthogonal rows that span the independent rows of a, m x SPEEDS, in its place, and b with them. The rows are
  * as long as singular values, or nearly so. */
 PRIVATE struct kept find_independent(real *a, real *b, int m, real cut)
 {
     struct kept kept = { 0, 1, 0 };
-    if (COORDINATES > FEW_SPEEDS && set_clearly_independent(a, b, m, cut, &kept))
+    if (SPEEDS > FEW_SPEEDS && set_clearly_independent(a, b, m, cut, &kept))
         return kept;
-    m = orthogonalise_rows(a, b, m, COORDINATES, 1);
-    return keep_rows(a, b, m, COORDINATES, cut);
+    m = orthogonalise_rows(a, b, m, SPEEDS, 1);
+    return keep_rows(a, b, m, SPEEDS, cut);
 }
 
 /* The same of the nine rows of each loop and a row of each driven joint. Within a loop most are redundant. */
 PRIVATE struct kept find_independent_of_loops(real *a, real *b, int m, real cut)
 {
-    m = COORDINATES > FEW_SPEEDS ? reduce_loops(a, b, m, cut) : reduce_rows(a, b, m, COORDINATES, 1);
+    m = SPEEDS > FEW_SPEEDS ? reduce_loops(a, b, m, cut) : reduce_rows(a, b, m, SPEEDS, 1);
     return find_independent(a, b, m, cut);
 }
 
 /* Makes k independent rows of a orthogonal, and turns b with them. */
 PRIVATE void straighten_independent(real *a, real *b, int k)
 {
-    if (COORDINATES > FEW_SPEEDS)
+    if (SPEEDS > FEW_SPEEDS)
         for (int pass = 0; pass < ORTHOGONAL_PASSES; pass++)
             take_out(a, b, k);
     else
-        orthogonalise_rows(a, b, k, COORDINATES, 1);
+        orthogonalise_rows(a, b, k, SPEEDS, 1);
 }

@@ -6,8 +6,8 @@
 /* The model's limits; within half a turn where there are none. A driven joint is at its prescribed angle. */
 PRIVATE void set_limits(struct limits *limits, real t, const parameters *p, const inputs *in)
 {
-    copy(limits->lower, least_angles, COORDINATES);
-    copy(limits->upper, greatest_angles, COORDINATES);
+    copy(limits->lower, least_angles, SPEEDS);
+    copy(limits->upper, greatest_angles, SPEEDS);
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];

@@ -7,11 +7,11 @@
 PRIVATE int find_torques(real t, const real *q, const real *u, const parameters *p, const inputs *in,
     real *torque)
 {
-    real acceleration[COORDINATES], multipliers[ROWS];
+    real acceleration[SPEEDS], multipliers[ROWS];
     const int status = accelerate(t, q, u, p, in, acceleration, 0, multipliers);
     if (status != status_ok)
         return status;
-    fill(torque, 0, COORDINATES);
+    fill(torque, 0, JOINTS);
     for (int i = 0; i < DRIVES; i++)
         torque[driven[i]] = MECHANISM_SIZE * multipliers[CLOSURE_ROWS + i];
     return status_ok;

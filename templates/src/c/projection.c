@@ -9,16 +9,16 @@
 
 /* The linearised closure and the metric. */
 struct constraints {
-    real mass[COORDINATES * COORDINATES]; /* factor of M */
+    real mass[SPEEDS * SPEEDS]; /* factor of M */
     real residual[RESIDUALS]; /* r, m; also the right-hand side */
-    real jacobian[RESIDUALS * COORDINATES];
-    real step[COORDINATES];
+    real jacobian[RESIDUALS * SPEEDS];
+    real step[SPEEDS];
 };
 
 static int set_metric(struct constraints *constraints, real t, const real *q, const real *u,
     const parameters *p, const inputs *in)
 {
-    real forcing[COORDINATES];
+    real forcing[SPEEDS];
     int pivot;
 #if CLOSURE_ROWS > 0
     real gamma[CLOSURE_ROWS];
@@ -27,8 +27,8 @@ static int set_metric(struct constraints *constraints, real t, const real *q, co
 #else
     equations_of(t, q, u, p, in, constraints->mass, forcing);
 #endif
-    pivot = factor_cholesky(constraints->mass, COORDINATES);
-    return pivot < COORDINATES ? status_of_mass(constraints->mass, pivot, q, u) : status_ok;
+    pivot = factor_cholesky(constraints->mass, SPEEDS);
+    return pivot < SPEEDS ? status_of_mass(constraints->mass, pivot, q, u) : status_ok;
 }
 
 /* Residual and Jacobian at q; the largest residual. */
@@ -45,7 +45,7 @@ static real set_residual(struct constraints *constraints, real t, const real *q,
         for (int i = 0; i < DRIVES; i++)
             constraints->residual[LOOP_RESIDUALS + i]
                 = MECHANISM_SIZE * (q[driven[i]] - drive[values_of_drive * i + angle_of_drive]);
-        write_drive_rows(constraints->jacobian + LOOP_RESIDUALS * COORDINATES);
+        write_drive_rows(constraints->jacobian + LOOP_RESIDUALS * SPEEDS);
     }
 #else
     (void)t, (void)p, (void)in;
@@ -61,19 +61,19 @@ static void set_step(struct constraints *constraints, real gap, real length_of_v
     real largest = 0;
     const int k = find_independent_of_loops(jacobian, residual, RESIDUALS, cut_of(gap)).rank;
     for (int i = 0; i < k; i++)
-        largest = larger(largest, length(jacobian + i * COORDINATES, COORDINATES));
+        largest = larger(largest, length(jacobian + i * SPEEDS, SPEEDS));
     for (int i = 0; i < k; i++) {
-        const real value = length(jacobian + i * COORDINATES, COORDINATES);
+        const real value = length(jacobian + i * SPEEDS, SPEEDS);
         const real uncertain = value * length_of_vector * uncertainty(gap, value / largest);
         /* Written so that what is not a number is kept and seen. */
         residual[i] = magnitude(residual[i]) <= uncertain ? 0 : -residual[i];
     }
-    normalise_rows(jacobian, residual, k, COORDINATES);
+    normalise_rows(jacobian, residual, k, SPEEDS);
     for (int i = 0; i < k; i++)
-        substitute_forward(constraints->mass, jacobian + i * COORDINATES, COORDINATES);
+        substitute_forward(constraints->mass, jacobian + i * SPEEDS, SPEEDS);
     straighten_independent(jacobian, residual, k);
-    combine_rows(jacobian, residual, k, constraints->step, COORDINATES);
-    substitute_backward(constraints->mass, constraints->step, COORDINATES);
+    combine_rows(jacobian, residual, k, constraints->step, SPEEDS);
+    substitute_backward(constraints->mass, constraints->step, SPEEDS);
 }
 
 /* Which constraint is not met. */
@@ -96,7 +96,7 @@ static int status_of_residual(const struct constraints *constraints)
  * when the others are closed: where the correction of q is less than rounding. */
 static int move_directly(real *q, real *u, const parameters *p)
 {
-    real residual[LOOP_RESIDUALS], positions[COORDINATES], speeds[COORDINATES], margin[2];
+    real residual[LOOP_RESIDUALS], positions[SPEEDS], speeds[SPEEDS], margin[2];
     real previous[COORDINATES], before = 0;
     copy(previous, q, COORDINATES);
     for (int i = 0; i < PROJECTION_STEPS; i++) {
@@ -106,14 +106,18 @@ static int move_directly(real *q, real *u, const parameters *p)
         if (holds(margin)
             && (largest <= closed()
                 || (largest <= ACCEPTABLE * MECHANISM_SIZE
-                    && MECHANISM_SIZE * largest_magnitude(positions, COORDINATES) <= closed()))) {
-            add_scaled(u, -1, speeds, COORDINATES);
+                    && MECHANISM_SIZE * largest_magnitude(positions, SPEEDS) <= closed()))) {
+            add_scaled(u, -1, speeds, SPEEDS);
             return 1;
         }
         if (!holds(margin) || !(i == 0 || largest + largest < before))
             break;
         before = largest;
-        add_scaled(q, -1, positions, COORDINATES);
+#if FREE_COUNT > 0
+        add_step(q, -1, positions);
+#else
+        add_scaled(q, -1, positions, SPEEDS);
+#endif
     }
     copy(q, previous, COORDINATES);
     return 0;
@@ -137,7 +141,11 @@ static real move_positions(struct constraints *constraints, real t, real *q, int
         set_step(constraints, gap_of(nearest ? 0 : largest), 0);
         for (int tried = 0; tried < (nearest ? STEP_HALVINGS : 1) && !found; tried++) {
             copy(q, previous, COORDINATES);
-            add_scaled(q, share, constraints->step, COORDINATES);
+#if FREE_COUNT > 0
+            add_step(q, share, constraints->step);
+#else
+            add_scaled(q, share, constraints->step, SPEEDS);
+#endif
             next = set_residual(constraints, t, q, p, in);
             found = next < progress;
             share *= R(0.5);
@@ -160,7 +168,7 @@ static void move_speeds(struct constraints *constraints, real t, real *u, real l
     const parameters *p, const inputs *in)
 {
     for (int i = 0; i < RESIDUALS; i++)
-        constraints->residual[i] = dot(constraints->jacobian + i * COORDINATES, u, COORDINATES);
+        constraints->residual[i] = dot(constraints->jacobian + i * SPEEDS, u, SPEEDS);
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
@@ -172,8 +180,8 @@ static void move_speeds(struct constraints *constraints, real t, real *u, real l
 #else
     (void)t, (void)p, (void)in;
 #endif
-    set_step(constraints, gap_of(largest), length(u, COORDINATES));
-    add_scaled(u, 1, constraints->step, COORDINATES);
+    set_step(constraints, gap_of(largest), length(u, SPEEDS));
+    add_scaled(u, 1, constraints->step, SPEEDS);
 }
 
 /* Moves a state onto the closure; where that fails, q and u are anything. */
@@ -184,7 +192,7 @@ PRIVATE int close_state(real t, real *q, real *u, const parameters *p, const inp
     int status;
 #if PROJECTION_IS_DIRECT
     if (move_directly(q, u, p))
-        return all_finite(q, COORDINATES) && all_finite(u, COORDINATES) ? status_ok : status_not_finite;
+        return all_finite(q, COORDINATES) && all_finite(u, SPEEDS) ? status_ok : status_not_finite;
 #endif
     status = set_metric(&constraints, t, q, u, p, in);
     if (status != status_ok)
@@ -195,7 +203,7 @@ PRIVATE int close_state(real t, real *q, real *u, const parameters *p, const inp
     if (!(largest <= ACCEPTABLE * MECHANISM_SIZE))
         return status_of_residual(&constraints);
     move_speeds(&constraints, t, u, largest, p, in);
-    return all_finite(u, COORDINATES) ? status_ok : status_not_finite;
+    return all_finite(u, SPEEDS) ? status_ok : status_not_finite;
 }
 
 /* Closes the loops at the state of a stage, as far as directions that are certain lead. */
@@ -214,14 +222,14 @@ PRIVATE int close_stage(real t, real *q, real *u, const parameters *p, const inp
 /* Moves a state onto the closure; where that fails, q and u stay as they are. */
 PRIVATE int project(real t, real *q, real *u, const parameters *p, const inputs *in)
 {
-    real new_q[COORDINATES], new_u[COORDINATES];
+    real new_q[COORDINATES], new_u[SPEEDS];
     int status;
     copy(new_q, q, COORDINATES);
-    copy(new_u, u, COORDINATES);
+    copy(new_u, u, SPEEDS);
     status = close_state(t, new_q, new_u, p, in);
     if (status == status_ok) {
         copy(q, new_q, COORDINATES);
-        copy(u, new_u, COORDINATES);
+        copy(u, new_u, SPEEDS);
     }
     return status;
 }

@@ -6,7 +6,7 @@
 PRIVATE int close_state(real t, real *q, real *u, const parameters *p, const inputs *in)
 {
     (void)t, (void)p, (void)in;
-    return all_finite(q, COORDINATES) && all_finite(u, COORDINATES) ? status_ok : status_not_finite;
+    return all_finite(q, COORDINATES) && all_finite(u, SPEEDS) ? status_ok : status_not_finite;
 }
 
 PRIVATE int project(real t, real *q, real *u, const parameters *p, const inputs *in)

@@ -33,7 +33,7 @@ PRIVATE real gap_of(real residual)
 PRIVATE real gap_at(const real *q)
 {
 #if LOOPS > 0
-    real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * COORDINATES];
+    real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * SPEEDS];
     closure_of(q, residual, jacobian);
     return gap_of(smaller(largest_magnitude(residual, LOOP_RESIDUALS), LARGEST_GAP * MECHANISM_SIZE));
 #else

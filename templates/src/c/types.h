@@ -14,7 +14,7 @@ struct kept {
 
 /* Least and greatest angle of each joint, rad. */
 struct limits {
-    real lower[COORDINATES], upper[COORDINATES];
+    real lower[SPEEDS], upper[SPEEDS];
 };
 
 #if LOOPS > 0
@@ -23,12 +23,12 @@ struct search {
     struct limits limits;
     real guess[COORDINATES]; /* where to stay near, rad */
     real residual[LOOP_RESIDUALS]; /* r, m, where last evaluated */
-    real jacobian[LOOP_RESIDUALS * COORDINATES]; /* its derivatives by q, m */
-    real normal[COORDINATES * COORDINATES]; /* J^T J of the free joints, lower triangle */
-    real factor[COORDINATES * COORDINATES]; /* Cholesky factor of J^T J with damping */
-    real right_hand_side[COORDINATES]; /* -J^T r */
-    real step[COORDINATES], trial[COORDINATES];
-    real free[COORDINATES]; /* 1 for joints that may move in this step, 0 for others */
-    real last_q[COORDINATES], last_step[COORDINATES]; /* the last slide began here, along this step */
+    real jacobian[LOOP_RESIDUALS * SPEEDS]; /* its derivatives by q, m */
+    real normal[SPEEDS * SPEEDS]; /* J^T J of the free joints, lower triangle */
+    real factor[SPEEDS * SPEEDS]; /* Cholesky factor of J^T J with damping */
+    real right_hand_side[SPEEDS]; /* -J^T r */
+    real step[SPEEDS], trial[COORDINATES];
+    real free[SPEEDS]; /* 1 for joints that may move in this step, 0 for others */
+    real last_q[COORDINATES], last_step[SPEEDS]; /* the last slide began here, along this step */
 };
 #endif

@@ -5,11 +5,20 @@
 
 #include "algorithms.h"
 
-const real least_angles[COORDINATES] = { -3, -3, -3 };
-const real greatest_angles[COORDINATES] = { 3, 3, 3 };
+#if FREE_COUNT > 0
+#define LARGE (real)HUGE_VAL
+const real least_angles[SPEEDS] = { -3, -3, -3, -LARGE, -LARGE, -LARGE, -LARGE, -LARGE, -LARGE };
+const real greatest_angles[SPEEDS] = { 3, 3, 3, LARGE, LARGE, LARGE, LARGE, LARGE, LARGE };
+/* The quaternion is not of length one yet. */
+const real initial_angles[COORDINATES] = { R(0.2), R(1.6), R(-0.4), 1, 2, 3, 3, 0, 4, 0 };
+const real initial_speeds[SPEEDS] = { 0, 0, 0, R(0.1), R(0.2), R(-0.3), 1, 2, R(0.5) };
+#else
+const real least_angles[SPEEDS] = { -3, -3, -3 };
+const real greatest_angles[SPEEDS] = { 3, 3, 3 };
 const real initial_angles[COORDINATES] = { R(0.2), R(1.6), R(-0.4) };
-const real initial_speeds[COORDINATES] = { 0, 0, 0 };
-const unsigned char initially_given[COORDINATES] = { DRIVES, 0, 0 };
+const real initial_speeds[SPEEDS] = { 0, 0, 0 };
+#endif
+const unsigned char initially_given[JOINTS] = { DRIVES, 0, 0 };
 #if DRIVES > 0
 const int driven[DRIVES] = { 0 };
 #endif
@@ -21,14 +30,14 @@ static real torn;
 
 #if LOOPS > 0
 /* The end of the chain: its place, and the derivatives by q; second derivatives along u. */
-static void write_end(const real *q, const real *u, real place[2], real jacobian[2][COORDINATES],
+static void write_end(const real *q, const real *u, real place[2], real jacobian[2][SPEEDS],
     real change[2])
 {
     real angle = 0, speed = 0;
     place[0] = place[1] = change[0] = change[1] = 0;
-    for (int k = 0; k < COORDINATES; k++)
+    for (int k = 0; k < SPEEDS; k++)
         jacobian[0][k] = jacobian[1][k] = 0;
-    for (int i = 0; i < COORDINATES; i++) {
+    for (int i = 0; i < JOINTS; i++) {
         real x, y;
         angle += q[i];
         speed += u[i];
@@ -47,15 +56,15 @@ static void write_end(const real *q, const real *u, real place[2], real jacobian
 
 void closure_of(const real *q, real *residual, real *jacobian)
 {
-    static const real still[COORDINATES] = { 0, 0, 0 };
-    real place[2], rows[2][COORDINATES], change[2];
+    static const real still[SPEEDS] = { 0 };
+    real place[2], rows[2][SPEEDS], change[2];
     write_end(q, still, place, rows, change);
     fill(residual, 0, LOOP_RESIDUALS);
-    fill(jacobian, 0, LOOP_RESIDUALS * COORDINATES);
+    fill(jacobian, 0, LOOP_RESIDUALS * SPEEDS);
     residual[0] = place[0] - 1;
     residual[1] = place[1] - 2;
     residual[2] = torn;
-    copy(jacobian, &rows[0][0], 2 * COORDINATES);
+    copy(jacobian, &rows[0][0], 2 * SPEEDS);
 }
 #endif
 
@@ -69,19 +78,19 @@ void equations_of(real t, const real *q, const real *u, const parameters *p, con
 {
     const int fails = t >= in->from;
     evaluations++;
-    for (int i = 0; i < COORDINATES * COORDINATES; i++)
-        mass[i] = i % (COORDINATES + 1) == 0 ? 1 : 0;
-    for (int i = 0; i < COORDINATES; i++)
-        forcing[i] = -p->stiffness * q[i];
+    for (int i = 0; i < SPEEDS * SPEEDS; i++)
+        mass[i] = i % (SPEEDS + 1) == 0 ? 1 : 0;
+    for (int i = 0; i < SPEEDS; i++)
+        forcing[i] = i < JOINTS ? -p->stiffness * q[i] : 0;
     if (fails && in->failure == force_not_finite)
         forcing[1] = (real)HUGE_VAL;
     if (fails && in->failure == mass_indefinite)
-        mass[COORDINATES + 1] = -1;
+        mass[SPEEDS + 1] = -1;
 #if CLOSURE_ROWS > 0
     {
-        real place[2], rows[2][COORDINATES];
+        real place[2], rows[2][SPEEDS];
         write_end(q, u, place, rows, gamma);
-        copy(jacobian, &rows[0][0], 2 * COORDINATES);
+        copy(jacobian, &rows[0][0], 2 * SPEEDS);
     }
 #else
     (void)u;
@@ -105,7 +114,9 @@ void acceleration_of(real t, const real *q, const real *u, const parameters *p, 
     real *acceleration, real *margin)
 {
     (void)t, (void)q, (void)u, (void)p, (void)in;
-    acceleration[0] = acceleration[1] = acceleration[2] = margin[0] = margin[1] = 0;
+    for (int i = 0; i < SPEEDS; i++)
+        acceleration[i] = 0;
+    margin[0] = margin[1] = 0;
 }
 #endif
 
@@ -115,8 +126,8 @@ void projection_of(const real *q, const real *u, const parameters *p, real *resi
 {
     (void)q, (void)u, (void)p;
     fill(residual, 0, LOOP_RESIDUALS);
-    fill(positions, 0, COORDINATES);
-    fill(speeds, 0, COORDINATES);
+    fill(positions, 0, SPEEDS);
+    fill(speeds, 0, SPEEDS);
     margin[0] = margin[1] = 0;
 }
 #endif
@@ -124,7 +135,7 @@ void projection_of(const real *q, const real *u, const parameters *p, real *resi
 /* Energy of motion and of the springs, J. */
 static real energy(const real *q, const real *u, const parameters *p)
 {
-    return R(0.5) * (dot(u, u, COORDINATES) + p->stiffness * dot(q, q, COORDINATES));
+    return R(0.5) * (dot(u, u, SPEEDS) + p->stiffness * dot(q, q, JOINTS));
 }
 
 /* One step of 1 s from the initial state, which fails so: prints its status, the evaluations of the equations,
@@ -132,17 +143,19 @@ static real energy(const real *q, const real *u, const parameters *p)
 static void fail(const char *name, const parameters *p, inputs in)
 {
     static const inputs well = { none, 0 };
-    real q[COORDINATES], u[COORDINATES], old_q[COORDINATES], old_u[COORDINATES], t = 0;
+    real q[COORDINATES], u[SPEEDS], old_q[COORDINATES], old_u[SPEEDS], t = 0;
     int status = assemble_initially(q, u, p, &well), untouched;
     copy(old_q, q, COORDINATES);
-    copy(old_u, u, COORDINATES);
+    copy(old_u, u, SPEEDS);
     torn = in.failure == loop_torn ? R(0.01) : 0;
     evaluations = 0;
     status = status == status_ok ? step(&t, q, u, 1, p, &in) : -1;
     torn = 0;
     untouched = t == 0;
     for (int i = 0; i < COORDINATES; i++)
-        untouched = untouched && q[i] == old_q[i] && u[i] == old_u[i];
+        untouched = untouched && q[i] == old_q[i];
+    for (int i = 0; i < SPEEDS; i++)
+        untouched = untouched && u[i] == old_u[i];
     printf("%s %d %d %s\n", name, status, evaluations, untouched ? "untouched" : "moved");
 }
 
@@ -150,20 +163,26 @@ int main(void)
 {
     const parameters p = { R(0.2) };
     const inputs well = { none, 0 };
-    real q[COORDINATES], u[COORDINATES], t = 0, before, open = 0;
+    real q[COORDINATES], u[SPEEDS], t = 0, before, open = 0, off = 0;
     int status = assemble_initially(q, u, &p, &well);
     before = energy(q, u, &p);
     for (int i = 0; i < 2000 && status == status_ok; i++)
         status = step(&t, q, u, R(0.01), &p, &well);
 #if LOOPS > 0
     {
-        real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * COORDINATES];
+        real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * SPEEDS];
         closure_of(q, residual, jacobian);
         open = largest_magnitude(residual, LOOP_RESIDUALS);
     }
 #endif
-    printf("motion %d %.17g %.17g %.17g\n", status, (double)(energy(q, u, &p) / before - 1), (double)open,
-        (double)square_root(dot(u, u, COORDINATES)));
+#if FREE_COUNT > 0
+    /* The body moves on a line, and its quaternion is a unit quaternion. */
+    for (int i = 0; i < 3; i++)
+        off = larger(off, magnitude(q[JOINTS + i] - (initial_angles[JOINTS + i] + t * initial_speeds[JOINTS + i])));
+    off = larger(off, magnitude(dot(q + JOINTS + 3, q + JOINTS + 3, 4) - 1));
+#endif
+    printf("motion %d %.17g %.17g %.17g %.17g\n", status, (double)(energy(q, u, &p) / before - 1), (double)open,
+        (double)square_root(dot(u, u, JOINTS)), (double)off);
     fail("succeeds", &p, well);
     fail("not_finite_at_once", &p, (inputs){ force_not_finite, 0 });
     /* Only the last stage of the last piece fails, however short the pieces are. */

@@ -3,7 +3,8 @@
  *
  * The mechanism is a planar chain of three hinges with links of unit length and unit inertia about each hinge,
  * M = 1, on springs. With LOOPS=1 a point of its last link is pinned, so that it is a four-bar linkage; with
- * DRIVES=1 the first hinge follows a prescribed angle. constants.h is printed by the backend. */
+ * DRIVES=1 the first hinge follows a prescribed angle; with FREE_COUNT=1 a ball of unit mass and inertia flies by.
+ * constants.h is printed by the backend. */
 #ifndef MECHANISM_H
 #define MECHANISM_H
 
@@ -15,6 +16,9 @@
 #ifndef DRIVES
 #define DRIVES 0
 #endif
+#ifndef FREE_COUNT
+#define FREE_COUNT 0
+#endif
 /* Whether the dummy offers functions of elimination. Theirs never hold. */
 #ifndef DIRECT
 #define DIRECT 0
@@ -25,17 +29,31 @@ typedef float real;
 #define R(number) number##f
 #define EPSILON FLT_EPSILON
 #define square_root(x) sqrtf(x)
+#define sine(x) sinf(x)
+#define cosine(x) cosf(x)
+#define angle_of(y, x) atan2f(y, x)
 extern real sqrtf(real x);
+extern real sinf(real x);
+extern real cosf(real x);
+extern real atan2f(real y, real x);
 #else
 typedef double real;
 #define R(number) number
 #define EPSILON DBL_EPSILON
 #define square_root(x) sqrt(x)
+#define sine(x) sin(x)
+#define cosine(x) cos(x)
+#define angle_of(y, x) atan2(y, x)
 extern real sqrt(real x);
+extern real sin(real x);
+extern real cos(real x);
+extern real atan2(real y, real x);
 #endif
 
 #define PRIVATE
-#define COORDINATES 3
+#define JOINTS 3
+#define COORDINATES (JOINTS + 7 * FREE_COUNT)
+#define SPEEDS (JOINTS + 6 * FREE_COUNT)
 #define CLOSURE_ROWS (2 * LOOPS)
 #define ROWS (CLOSURE_ROWS + DRIVES)
 #define LOOP_RESIDUALS (9 * LOOPS)
@@ -69,9 +87,9 @@ typedef struct {
     real from;
 } inputs;
 
-extern const real least_angles[COORDINATES], greatest_angles[COORDINATES];
-extern const real initial_angles[COORDINATES], initial_speeds[COORDINATES];
-extern const unsigned char initially_given[COORDINATES];
+extern const real least_angles[SPEEDS], greatest_angles[SPEEDS];
+extern const real initial_angles[COORDINATES], initial_speeds[SPEEDS];
+extern const unsigned char initially_given[JOINTS];
 
 #if CLOSURE_ROWS > 0
 void equations_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,

@@ -22,6 +22,8 @@ use lamc_tests::{
 };
 use nalgebra::DMatrix;
 
+use super::c_free::free_sixbar;
+
 /// Every function of the formulas, and names that C or its preprocessors have other uses for.
 const FORMULAS: &str = r#"
 name: r
@@ -68,38 +70,39 @@ const RECIPES: [(u64, Recipe); 5] = [
     (32, Recipe { branches: 1, loops: 2, lines: Lines::Any }),
 ];
 
-/// Steps of a motion, and their length, s.
-const STEPS: (usize, f64) = (200, 1e-3);
+/// Steps of most motions, and their length, s.
+const STEPS: usize = 200;
+const STEP: f64 = 1e-3;
 
 pub(super) const STRICT: [&str; 7] =
     ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror"];
 
-type State64 = State<Vec<f64>, f64>;
+pub(super) type State64 = State<Vec<f64>, f64>;
 /// Name, status, numbers.
 pub(super) type Answer = (String, i32, Vec<f64>);
 
 /// A mechanism, with constants and states to ask about.
-struct Case {
-    compiled: Compiled,
-    system: Interpreter,
+pub(super) struct Case {
+    pub(super) compiled: Compiled,
+    pub(super) system: Interpreter,
     /// Parameters and inputs.
     constants: Vec<f64>,
-    states: Vec<State64>,
-    /// Whether a motion can be compared: not where neighbouring motions part.
-    moves: bool,
+    pub(super) states: Vec<State64>,
+    /// Steps of a motion that are compared: none where neighbouring motions part.
+    pub(super) steps: usize,
 }
 
 impl Case {
-    fn new(compiled: Compiled, states: Vec<State64>) -> Self {
+    pub(super) fn new(compiled: Compiled, states: Vec<State64>) -> Self {
         let system = Interpreter::new(&compiled.program);
         let interface = &compiled.program.interface;
         let mut constants: Vec<f64> = interface.parameters.iter().map(|p| p.value).collect();
         constants.extend(interface.inputs.iter().map(|_| 0.0));
-        Self { compiled, system, constants, states, moves: true }
+        Self { compiled, system, constants, states, steps: STEPS }
     }
 
     /// With other constants than the model's, and closed states that fit them.
-    fn varied(text: &str, seed: u64, count: usize) -> Self {
+    pub(super) fn varied(text: &str, seed: u64, count: usize) -> Self {
         let mut case = Self::new(compile_text(text), Vec::new());
         let mut random = Random::new(seed);
         let interface = case.compiled.program.interface.clone();
@@ -122,6 +125,17 @@ impl Case {
         &self.compiled.program.interface.name
     }
 
+    /// Which joints an assembly pins.
+    fn pinned(&self) -> Vec<bool> {
+        let joints = self.system.dimensions().joints;
+        (0..joints).map(|joint| joint == 0 && joints > 1).collect()
+    }
+
+    /// What tells the driver whether there are free bodies.
+    fn flag(&self) -> &'static str {
+        if self.compiled.program.interface.free.is_empty() { "-UFREE" } else { "-DFREE" }
+    }
+
     /// The questions, for the driver.
     fn questions(&self, pinned: &[bool]) -> String {
         let mut text = String::from("i\n");
@@ -132,11 +146,10 @@ impl Case {
             let _ = writeln!(text, "a{}", words(&[&[*t], &astray(q), &flags]));
             let _ = writeln!(text, "p{}", words(&[&[*t], &nudged(q), u]));
         }
-        if self.moves
+        if self.steps > 0
             && let Some(State { t, q, u }) = self.states.first()
         {
-            let (count, dt) = STEPS;
-            let _ = writeln!(text, "r{}", words(&[&[count as f64, dt, *t], q, u]));
+            let _ = writeln!(text, "r{}", words(&[&[self.steps as f64, STEP, *t], q, u]));
         }
         text
     }
@@ -144,11 +157,10 @@ impl Case {
     /// The answers of the runtime.
     fn answers(&self, pinned: &[bool]) -> Vec<Answer> {
         let mut answers = Vec::new();
-        let n = pinned.len();
         let initial = Interpreter::new(&self.compiled.program);
         let workspace = &mut initial.workspace();
         let mut state: State64 = initial.initial();
-        let given: Vec<bool> = (0..n).map(|joint| initial.is_pinned(joint)).collect();
+        let given: Vec<bool> = (0..pinned.len()).map(|joint| initial.is_pinned(joint)).collect();
         let done = assemble(&initial, 0.0, &mut state.q, &given, workspace)
             .and_then(|_| project(&initial, 0.0, &mut state.q, &mut state.u, workspace));
         answers.push(("initial q".to_owned(), code(&done), state.q));
@@ -163,11 +175,11 @@ impl Case {
             answers.push(("projected q".to_owned(), code(&done), moved));
             answers.push(("projected u".to_owned(), code(&done), speeds));
         }
-        if self.moves
+        if self.steps > 0
             && let Some(state) = self.states.first()
         {
             let (mut state, mut rk4) = (state.clone(), Rk4::new(&self.system));
-            let done = (0..STEPS.0).try_for_each(|_| rk4.step(&self.system, &mut state, STEPS.1));
+            let done = (0..self.steps).try_for_each(|_| rk4.step(&self.system, &mut state, STEP));
             answers.push(("t after steps".to_owned(), code(&done), vec![state.t]));
             answers.push(("q after steps".to_owned(), code(&done), state.q));
             answers.push(("u after steps".to_owned(), code(&done), state.u));
@@ -177,17 +189,17 @@ impl Case {
 
     /// Whether a direction of the closure is weak at some step of the motion.
     fn comes_near_a_singular_state(&self) -> bool {
-        let Some(state) = self.states.first().filter(|_| self.moves) else { return false };
+        let Some(state) = self.states.first().filter(|_| self.steps > 0) else { return false };
         let (mut state, mut rk4) = (state.clone(), Rk4::new(&self.system));
-        (0..STEPS.0).any(|_| {
+        (0..self.steps).any(|_| {
             let weak = is_weak(&self.system, &state);
-            weak || rk4.step(&self.system, &mut state, STEPS.1).is_err()
+            weak || rk4.step(&self.system, &mut state, STEP).is_err()
         })
     }
 
     fn evaluate(&self, t: f64, q: &[f64], u: &[f64], answers: &mut Vec<Answer>) {
         let (system, d) = (&self.system, self.system.dimensions());
-        let n = d.coordinates;
+        let n = d.speeds;
         let mut push = |name: &str, status: i32, numbers: Vec<f64>| {
             answers.push((name.to_owned(), status, numbers));
         };
@@ -236,8 +248,12 @@ impl Case {
             assert!(contacts.chunks(6).any(|row| row[3..] != [0.0; 3]), "nothing is touched");
             push("contacts", 0, contacts);
         }
+        if !self.compiled.program.interface.free.is_empty() {
+            let momentum = system.momentum(&position, &speed).unwrap();
+            push("momentum", 0, [momentum.centre, momentum.linear, momentum.angular].concat());
+        }
         if d.drives > 0 {
-            let mut torque = vec![0.0; n];
+            let mut torque = vec![0.0; d.joints];
             let driven = self.compiled.program.interface.driven();
             for (joint, lambda) in driven.iter().zip(&lambda[d.rows..]) {
                 torque[joint.index()] = *lambda;
@@ -283,7 +299,9 @@ fn cases() -> Vec<Case> {
         case.states = vec![closed_state(&case.system, &mut Random::new(3))];
         // The four-bar is too stiff for explicit steps of this length. The card springs through its flat state
         // several times, where branches meet, and single precision loses the motion.
-        case.moves = !["fourbar", "fold/pop_up"].contains(&name);
+        if ["fourbar", "fold/pop_up"].contains(&name) {
+            case.steps = 0;
+        }
         cases.push(case);
     }
     // The functions of a long module are tables.
@@ -300,7 +318,7 @@ fn cases() -> Vec<Case> {
     // A loop with a redundant equation; the other drawings and the published mechanisms are like the examples.
     for design in drawings().filter(|design| design.name == "drawn_sarrus") {
         let mut case = Case::new(design.compiled, Vec::new());
-        case.moves = false;
+        case.steps = 0;
         let states = design.reference.states.iter();
         let states = states.map(|state| State { t: 0.0, q: state.q.clone(), u: state.u.clone() });
         let rank = design.reference.rank;
@@ -476,10 +494,10 @@ fn detour(found: &[f64], expected: &[f64], guess: &[f64]) -> f64 {
 /// How fast the loops open at these speeds, relative to the speeds and to the closure Jacobian.
 fn slip(system: &Interpreter, q: &[f64], u: &[f64]) -> f64 {
     let rows = 9 * system.dimensions().loops;
-    let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
+    let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * u.len()]);
     system.write_closure(q, &mut residual, &mut jacobian).unwrap();
     let opening = jacobian
-        .chunks_exact(q.len())
+        .chunks_exact(u.len())
         .map(|row| row.iter().zip(u).map(|(j, u)| j * u).sum::<f64>());
     let opening = largest(opening);
     if opening == 0.0 { 0.0 } else { opening / (largest(&jacobian) * largest(u)) }
@@ -488,7 +506,8 @@ fn slip(system: &Interpreter, q: &[f64], u: &[f64]) -> f64 {
 /// The largest closure residual, by the mechanism's size.
 fn openness(system: &Interpreter, q: &[f64]) -> f64 {
     let rows = 9 * system.dimensions().loops;
-    let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
+    let (mut residual, mut jacobian) =
+        (vec![0.0; rows], vec![0.0; rows * system.dimensions().speeds]);
     system.write_closure(q, &mut residual, &mut jacobian).unwrap();
     largest(&residual) / system.size()
 }
@@ -498,21 +517,25 @@ fn c_modules_agree_with_the_runtime_and_no_compiler_complains() {
     let compilers = compilers();
     let folder = tempfile::tempdir().unwrap();
     for case in cases() {
-        let n = case.system.dimensions().coordinates;
-        let pinned: Vec<bool> = (0..n).map(|joint| joint == 0 && n > 1).collect();
-        let (questions, expected) = (case.questions(&pinned), case.answers(&pinned));
-        // The largest takes a compiler long enough once.
-        let reals = [Real::Double, Real::Float];
-        for &real in &reals[..if n > 20 { 1 } else { 2 }] {
-            let source = write_c(folder.path(), &case, real, &compilers);
-            if !compilers.contains(&"gcc") {
-                continue;
-            }
-            let flags = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
-            let module = [flags[0], flags[1], source.to_str().unwrap()];
-            let program = build_driver(folder.path(), case.name(), real, &module);
-            compare(&case, real, &ask(&program, &questions), &expected);
+        agrees(&case, folder.path(), &compilers);
+    }
+}
+
+/// Compares C in both types of number with the runtime.
+pub(super) fn agrees(case: &Case, folder: &Path, compilers: &[&str]) {
+    let pinned = case.pinned();
+    let (questions, expected) = (case.questions(&pinned), case.answers(&pinned));
+    // The largest takes a compiler long enough once.
+    let reals = [Real::Double, Real::Float];
+    for &real in &reals[..if pinned.len() > 20 { 1 } else { 2 }] {
+        let source = write_c(folder, case, real, compilers);
+        if !compilers.contains(&"gcc") {
+            continue;
         }
+        let flags = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+        let module = [flags[0], flags[1], case.flag(), source.to_str().unwrap()];
+        let program = build_driver(folder, case.name(), real, &module);
+        compare(case, real, &ask(&program, &questions), &expected);
     }
 }
 
@@ -556,6 +579,7 @@ fn a_rust_module_exports_what_its_header_declares() {
     let pendulum = workspace().join("examples/pendulum.yaml");
     let mut random = Random::new(5);
     let mut cases = [
+        (free_sixbar(), ScalarChoice::F64),
         (Case::varied(FORMULAS, 1, 2), ScalarChoice::F64),
         (Case::varied(&driven(&model(28, RECIPES[1].1)), 28, 2), ScalarChoice::Generic),
         (Case::new(compile(&sixbar), Vec::new()), ScalarChoice::F32),
@@ -585,9 +609,8 @@ fn a_rust_module_exports_what_its_header_declares() {
     let archive = target.join("debug/libexported.a");
     for (case, scalar) in &cases {
         let real = Options { scalar: *scalar, extern_c: true, ..Options::default() }.c_real();
-        let n = case.system.dimensions().coordinates;
-        let pinned: Vec<bool> = (0..n).map(|joint| joint == 0 && n > 1).collect();
-        let module = [archive.to_str().unwrap(), "-lpthread", "-ldl"];
+        let pinned = case.pinned();
+        let module = [case.flag(), archive.to_str().unwrap(), "-lpthread", "-ldl"];
         let program = build_driver(folder.path(), case.name(), real, &module);
         let found = ask(&program, &case.questions(&pinned));
         compare(case, real, &found, &case.answers(&pinned));

@@ -14,21 +14,23 @@ use super::c::{STRICT, compilers, successful};
 /// Flags that files compiled by themselves can bear beside those of generated modules.
 const STRICTER: [&str; 2] = ["-Wundef", "-Wmissing-prototypes"];
 
-/// Loops and driven joints of the dummy mechanism.
+/// Loops, driven joints and free bodies of the dummy mechanism.
 #[derive(Clone, Copy, Debug)]
 struct Dummy {
     loops: bool,
     drives: bool,
+    free: bool,
     real: Real,
 }
 
 impl Dummy {
     /// Every combination.
     fn all() -> impl Iterator<Item = Self> {
-        (0..8).map(|bits| Self {
+        (0..16).map(|bits| Self {
             loops: bits & 1 != 0,
             drives: bits & 2 != 0,
-            real: if bits & 4 != 0 { Real::Float } else { Real::Double },
+            free: bits & 4 != 0,
+            real: if bits & 8 != 0 { Real::Float } else { Real::Double },
         })
     }
 
@@ -38,6 +40,7 @@ impl Dummy {
             STRICT.iter().chain(&STRICTER).map(|&flag| flag.into()).collect();
         flags.push(format!("-DLOOPS={}", u8::from(self.loops)));
         flags.push(format!("-DDRIVES={}", u8::from(self.drives)));
+        flags.push(format!("-DFREE_COUNT={}", u8::from(self.free)));
         if self.real == Real::Float {
             flags.push("-DSINGLE".into());
         }
@@ -54,6 +57,7 @@ impl Dummy {
             | "projection" => constrained,
             "projection_without_constraints" => !constrained,
             "motors" => self.drives,
+            "free_bodies" => self.free,
             "assembly" | "assembly_steps" => self.loops,
             "assembly_without_loops" => !self.loops,
             _ => true,
@@ -143,14 +147,15 @@ fn the_files_move_a_dummy_mechanism() {
         let lines = run_dummy(dummy);
         assert_eq!(lines[0].0, "motion", "{dummy:?}");
         let numbers: Vec<f64> = lines[0].1.iter().map(|word| word.parse().unwrap()).collect();
-        let [status, gain, open, speed] = numbers[..] else { panic!("{:?}", lines[0]) };
+        let [status, gain, open, speed, off] = numbers[..] else { panic!("{:?}", lines[0]) };
         assert_eq!(status, 0.0, "{dummy:?}");
         assert!(speed > 0.01, "{dummy:?}: at rest");
         // Motors do work.
-        let [of_energy, of_loops] =
-            if dummy.real == Real::Float { [1e-4, 2e-6] } else { [1e-11, 1e-14] };
+        let [of_energy, of_loops, of_free] =
+            if dummy.real == Real::Float { [1e-4, 2e-6, 1e-3] } else { [1e-11, 1e-14, 1e-12] };
         assert!(dummy.drives || gain.abs() < of_energy, "{dummy:?}: energy changes by {gain:e}");
         assert!(open < of_loops, "{dummy:?}: open by {open:e}");
+        assert!(off < of_free, "{dummy:?}: the free body is off by {off:e}");
     }
 }
 

@@ -17,14 +17,17 @@ use lamc_tests::{compile, workspace};
 
 use super::c::{Answer, ask, build_driver, compilers, successful};
 use super::c_algorithms::{algorithms_folder, c_files};
+use super::c_free::free_sixbar;
 
 /// The numbers that algorithms may contain: any other is a constant with a name.
 const PLAIN: [&str; 6] = ["0", "1", "2", "0.5", "0.0", "1.0"];
 
 /// Numbers that C and the runtime do not share as tolerances, by the file they stand in: Runge-Kutta's weights
-/// and stages, de l'Hospital's third; what derivatives and runs of many steps need, which C has not; how many
+/// and stages, de l'Hospital's third; the numbers of a quaternion, of coordinates and of speeds; what derivatives and runs of many steps need, which C has not; how many
 /// columns or rows fit the registers.
-const OTHERS: [(&str, &[&str]); 7] = [
+const OTHERS: [(&str, &[&str]); 9] = [
+    ("free_bodies.c", &["3", "4", "6", "7"]),
+    ("free_body.rs", &["2.0", "3", "4", "6", "7"]),
     ("runge_kutta.c", &["3", "4", "6"]),
     ("passage.c", &["3"]),
     ("passage.rs", &["3.0"]),
@@ -35,12 +38,13 @@ const OTHERS: [(&str, &[&str]); 7] = [
 ];
 
 /// The files of the runtime that C repeats, where every number that decides must come from the table.
-const REPEATED: [&str; 14] = [
+const REPEATED: [&str; 15] = [
     "acceleration.rs",
     "assembly/mod.rs",
     "assembly/steps.rs",
     "closure_rows.rs",
     "decomposition.rs",
+    "free_body.rs",
     "integrate/fixed.rs",
     "linear/cholesky.rs",
     "linear/independent.rs",
@@ -67,7 +71,8 @@ fn definition<'a>(source: &'a str, name: &str) -> &'a str {
 
 #[test]
 fn generated_c_defines_each_constant_with_the_bits_of_the_runtime() {
-    let compiled = sixbar();
+    // A module of everything.
+    let compiled = free_sixbar().compiled;
     for real in [Real::Double, Real::Float] {
         let text = c::source(&compiled.program, real, "sixbar.h");
         // The bits of a number as C reads it.
@@ -212,9 +217,14 @@ fn no_name_of_the_algorithms_can_be_a_name_of_a_header() {
         "_points",
         "_energy",
         "_contacts",
+        "_momentum",
         "_motor_torques",
         "_H",
         "_N",
+        "_NQ",
+        "_NU",
+        "_JOINTS",
+        "_FREE_BODIES",
         "_C",
         "_LOOPS",
         "_BODIES",

@@ -3,6 +3,7 @@
 mod c;
 mod c_algorithms;
 mod c_constants;
+mod c_free;
 mod compiled;
 mod compiled_random;
 mod config;

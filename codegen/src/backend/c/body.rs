@@ -9,7 +9,7 @@ use serde::Serialize;
 use tera::Context;
 
 use super::Real;
-use super::algorithms::{identifiers, words};
+use super::algorithms::{identifiers, library as library_of_algorithms, words};
 use super::description::{MACROS, fields};
 use super::tables::Tables;
 use crate::backend::constants::{self, Constant, Constants};
@@ -88,7 +88,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
         .flat_map(|function| &function.instructions)
         .map(|instruction| instruction.op)
         .collect();
-    let mut library = BTreeSet::from(["sqrt"]);
+    let mut library: BTreeSet<_> = library_of_algorithms(&program.interface).collect();
     library.extend(ops.iter().filter_map(|&op| library_function(op)));
     let is_table = |function: &&Function| program.form(function.kind) == Form::Tables;
     let turns = ["sin", "cos"];
@@ -110,7 +110,8 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
     ];
     context.insert("switches", &switches);
     let words = words(&program.interface);
-    let reserved = words.into_iter().chain(identifiers(header)).map(str::to_ascii_lowercase);
+    let words = words.iter().map(String::as_str);
+    let reserved = words.chain(identifiers(header)).map(str::to_ascii_lowercase);
     let reserved: Vec<String> = reserved.collect();
     let reserved: Vec<&str> = reserved.iter().map(String::as_str).collect();
     let named = functions.iter().copied().filter(|function| !is_table(function));
@@ -140,7 +141,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
 }
 
 /// The functions that the algorithms of a C module call.
-const KINDS: [FunctionKind; 9] = [
+const KINDS: [FunctionKind; 10] = [
     FunctionKind::Equations,
     FunctionKind::Closure,
     FunctionKind::Poses,
@@ -148,6 +149,7 @@ const KINDS: [FunctionKind; 9] = [
     FunctionKind::Energy,
     FunctionKind::Drives,
     FunctionKind::Contacts,
+    FunctionKind::Momentum,
     FunctionKind::Acceleration,
     FunctionKind::Projection,
 ];

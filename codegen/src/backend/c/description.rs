@@ -8,7 +8,8 @@ use super::Real;
 use super::body::constant;
 use crate::backend::identifiers::Names;
 use crate::backend::text::{comment, cuts, joints};
-use crate::program::{Program, Selection};
+use crate::program::{Interface, Program};
+use crate::source::free::{COORDINATES, SPEEDS};
 
 /// A status code that functions return.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -36,6 +37,26 @@ struct Field {
     name: String,
     doc: String,
     value: String,
+}
+
+/// A free body, with the first and the last of its places in q and u.
+#[derive(Serialize)]
+struct FreeBody<'a> {
+    name: &'a str,
+    q: usize,
+    last_q: usize,
+    u: usize,
+    last_u: usize,
+}
+
+/// Returns the free bodies, in the order of q and u.
+fn free_bodies(interface: &Interface) -> Vec<FreeBody<'_>> {
+    let body = |(index, name)| {
+        let joints = interface.joints.len();
+        let (q, u) = (joints + COORDINATES * index, joints + SPEEDS * index);
+        FreeBody { name, q, last_q: q + COORDINATES - 1, u, last_u: u + SPEEDS - 1 }
+    };
+    interface.free.iter().map(|body| body.name.as_str()).enumerate().map(body).collect()
 }
 
 /// Named indices into one kind of array, for example the joints.
@@ -66,14 +87,17 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("source_hash", &interface.source_hash);
     let name = &interface.name;
     let scalar = if real == Real::Float { " --scalar f32" } else { "" };
-    // The C module does not have the unrolled Jacobian.
-    let functions = program.selection().and(Selection::default()).option();
+    let functions = program.option();
     let flags = format!("{scalar}{functions} --c {name}.c --header {name}.h{}", cuts(interface));
     context.insert("flags", &flags);
     context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
-    context.insert("n", &interface.joints.len());
+    context.insert("coordinates", &interface.coordinates());
+    context.insert("speeds", &interface.speeds());
+    // C has no arrays without entries.
+    context.insert("pins", &interface.joints.len().max(1));
+    context.insert("free_bodies", &free_bodies(interface));
     context.insert("rows", &interface.rows);
     context.insert("residuals", &(9 * interface.loops.len()));
     context.insert("drives", &interface.driven().len());

@@ -8,13 +8,14 @@ use crate::backend::text::wrap;
 use crate::program::{Argument, Array, FunctionKind, Interface, Program, Shape, Size};
 
 /// The functions of the program that the C interface offers directly.
-pub const OFFERED: [FunctionKind; 6] = [
+pub const OFFERED: [FunctionKind; 7] = [
     FunctionKind::Equations,
     FunctionKind::Closure,
     FunctionKind::Poses,
     FunctionKind::Points,
     FunctionKind::Energy,
     FunctionKind::Contacts,
+    FunctionKind::Momentum,
 ];
 
 /// A function that the C interface offers directly.

@@ -120,14 +120,15 @@ impl<'a> Exports<'a> {
                 }))
             },
         );
+        let joints = self.joints();
         let assemble = self.function(
             "assemble",
-            &quote!(t: #real, q: *mut [#real; NQ], pinned: *const [u8; NU], #constants),
+            &quote!(t: #real, q: *mut [#real; NQ], pinned: *const [u8; #joints], #constants),
             Returns::Status,
             &quote! {
                 #with_numbers
                 let pinned = match pinned.is_null() {
-                    true => [false; NU],
+                    true => [false; #joints],
                     false => (*pinned).map(|entry| entry != 0),
                 };
                 let mut workspace = ::lamc_runtime::Mechanism::workspace(&robot);
@@ -193,10 +194,10 @@ impl<'a> Exports<'a> {
 
     fn motor_torques(&self) -> TokenStream {
         let Self { real, with_numbers, .. } = self;
-        let state = self.inputs_of(FunctionKind::Acceleration);
+        let (state, joints) = (self.inputs_of(FunctionKind::Acceleration), self.joints());
         self.function(
             "motor_torques",
-            &quote!(#state, torque: *mut [#real; NU]),
+            &quote!(#state, torque: *mut [#real; #joints]),
             Returns::Status,
             &quote! {
                 #with_numbers
@@ -231,7 +232,12 @@ impl<'a> Exports<'a> {
             let name = format_ident!("{}", output.name);
             // A method with several results returns them as the fields of a struct.
             let field = (signature.outputs.len() > 1).then(|| quote!(.#name));
-            quote!(*#name = found #field;)
+            match kind {
+                FunctionKind::Momentum => {
+                    quote!(*#name = [found.centre, found.linear, found.angular];)
+                }
+                _ => quote!(*#name = found #field;),
+            }
         });
         let body = quote! {
             #robot
@@ -246,6 +252,16 @@ impl<'a> Exports<'a> {
                 &body,
             )
         })
+    }
+
+    /// Returns the number of joints: NU where nothing else has speeds.
+    fn joints(&self) -> TokenStream {
+        let interface = &self.program.interface;
+        if interface.free.is_empty() {
+            return quote!(NU);
+        }
+        let joints = number(interface.joints.len());
+        quote!(#joints)
     }
 
     /// Returns what a function reads, as parameters of an exported function.

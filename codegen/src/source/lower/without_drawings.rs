@@ -20,6 +20,10 @@ impl Patterned {
         std::iter::empty()
     }
 
+    pub fn free(&self) -> impl Iterator<Item = bool> {
+        std::iter::empty()
+    }
+
     pub fn tolerance(&self) -> f64 {
         match *self {}
     }
