@@ -6,8 +6,9 @@
 use super::articulated::ArticulatedBodies;
 use super::binder::{Binder, Label};
 use super::closure::Closure;
+use super::contact::Gaps;
 use super::energy::Energy;
-use super::equations::{Equations, Leaf, Reduced};
+use super::equations::{Equations, GapTrees, Leaf, Reduced};
 use super::forces::GeneralizedForces;
 use super::frame::Frames;
 use super::independent::{IndependentSpeeds, Phases};
@@ -94,6 +95,7 @@ fn equations(
         poses: b.trees(&outputs.poses),
         points: b.trees(&outputs.points),
         contacts: b.trees(loads.contacts().outputs()),
+        gaps: gaps(b, &loads.contacts().gaps),
         drives: b.trees(&outputs.drives),
         imbalance: b.trees(&inverse.imbalance),
         opening: b.trees(&inverse.opening),
@@ -104,6 +106,15 @@ fn equations(
         bindings: b.bindings(),
         facts: b.facts(),
     })
+}
+
+fn gaps(binder: &mut Binder, gaps: &Gaps) -> GapTrees {
+    GapTrees {
+        gap: binder.trees(&gaps.gap),
+        friction: binder.trees(&gaps.friction),
+        normal: binder.trees(&gaps.normal),
+        velocity: binder.trees(&gaps.velocity),
+    }
 }
 
 /// Returns the errors in the formulas of the model, if there are any.

@@ -2,7 +2,7 @@
 //! without a Rust compiler. An [`Engine`] evaluates its functions.
 
 use lamc_runtime::plumbing::{
-    Balance, Dimensions, Drive, EquationsMut, Margin, ProjectionMut, workspace_len,
+    Balance, Dimensions, Drive, EquationsMut, GapsMut, Margin, ProjectionMut, workspace_len,
 };
 use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body};
 
@@ -344,6 +344,15 @@ impl<E: Engine> Mechanism for Executable<E> {
     fn write_contacts(&self, t: f64, q: &[f64], u: &[f64], out: &mut [f64]) -> Result<(), Error> {
         let at = State { t, q, u, ..State::default() };
         self.evaluate(FunctionKind::Contacts, at, &mut [out])
+    }
+
+    fn write_gaps(&self, t: f64, q: &[f64], out: GapsMut<'_, f64>) -> Result<(), Error> {
+        if out.gap.is_empty() {
+            return Ok(());
+        }
+        let GapsMut { gap, friction, normal, rows } = out;
+        let at = State { t, q, ..State::default() };
+        self.evaluate(FunctionKind::Gaps, at, &mut [gap, friction, normal, rows])
     }
 
     fn write_reactions(&self, at: Balance<'_, f64>, out: &mut [f64]) -> Result<(), Error> {

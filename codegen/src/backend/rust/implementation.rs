@@ -221,6 +221,22 @@ fn balances(program: &Program, scalar: &TokenStream) -> TokenStream {
             }
         });
     }
+    if has(program, FunctionKind::Gaps) {
+        let gaps = method(FunctionKind::Gaps);
+        functions.extend(quote! {
+            fn write_gaps(
+                &self, t: #scalar, q: &[#scalar],
+                out: ::lamc_runtime::plumbing::GapsMut<'_, #scalar>,
+            ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                self.#gaps(
+                    t, exactly(q)?, exactly_mut(out.gap)?, exactly_mut(out.friction)?,
+                    exactly_mut(out.normal)?, exactly_mut(out.rows)?,
+                );
+                Ok(())
+            }
+        });
+    }
     if has(program, FunctionKind::Reactions) {
         functions.extend(quote! {
             fn write_reactions(
