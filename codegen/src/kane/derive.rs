@@ -20,7 +20,7 @@ use super::mass::MassMatrix;
 use super::momentum::Momentum;
 use super::outputs::Outputs;
 use crate::source::Diagnostics;
-use crate::symbolic::{self, Algebra, SessionError};
+use crate::symbolic::{self, Algebra, Expr, SessionError};
 use crate::topology::Topology;
 
 /// Entries of J up to which its rows are reduced one by one although independent speeds are known.
@@ -58,8 +58,7 @@ fn equations(
     let forces = GeneralizedForces::new(b, &kinematics, &loads);
     let mass = MassMatrix::new(b, &kinematics, &inertias);
     let energy = Energy::new(b, &kinematics, &inertias, &loads);
-    let is_free = !topology.mechanism.free.is_empty();
-    let momentum = is_free.then(|| Momentum::new(b, &kinematics, &inertias).components);
+    let momentum = momentum(b, &kinematics, &inertias);
     let closure = Closure::new(b, &kinematics);
     let outputs = Outputs::new(b, &kinematics);
     let given = Given::new(b, &closure);
@@ -106,6 +105,16 @@ fn equations(
         bindings: b.bindings(),
         facts: b.facts(),
     })
+}
+
+/// Derives the momenta of a mechanism with free bodies.
+fn momentum(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    inertias: &Inertias,
+) -> Option<Vec<Expr>> {
+    let is_free = !binder.topology().mechanism.free.is_empty();
+    is_free.then(|| Momentum::new(binder, kinematics, inertias).components)
 }
 
 fn gaps(binder: &mut Binder, gaps: &Gaps) -> GapTrees {

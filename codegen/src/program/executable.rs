@@ -6,25 +6,12 @@ use lamc_runtime::plumbing::{
 };
 use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body};
 
+use super::engine::{Engine, UnknownName};
 use super::ir::{Interface, Program, Slot};
 use super::signature::{Argument, FunctionKind};
 
-/// An interpreter or machine code: it evaluates the functions of a program.
-pub trait Engine: Sized {
-    /// An engine for the functions of a program.
-    fn new(program: &Program) -> Self;
-
-    /// Evaluates a function: `load` returns the value of a slot that it reads, `out` receives its outputs in order.
-    fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]);
-}
-
 /// Outputs of a function that solves, with its margin: those of the Jacobian are most.
 const MOST_OUTPUTS: usize = 5;
-
-/// No parameter or input has this name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no parameter or input is called `{0}`")]
-pub struct UnknownName(pub String);
 
 /// A program that can be evaluated, with parameters and inputs that can be set.
 #[derive(Clone, Debug)]
