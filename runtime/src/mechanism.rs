@@ -10,29 +10,9 @@ use crate::assembly::assemble_pinned;
 use crate::plumbing::{
     Balance, Change, Dimensions, Drive, EquationsMut, GapsMut, JacobianMut, Margin, ProjectionMut,
 };
-use crate::{Equilibrium, Error, Rk4, Scalar, StateOf, acceleration, equilibrium, project};
-
-/// Energy of the whole mechanism, J.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Energy<S> {
-    /// Of motion.
-    pub kinetic: S,
-    /// Of gravity and springs.
-    pub potential: S,
-}
-
-/// Momentum of all moving bodies together, in the base frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Momentum<S> {
-    /// Their centre of mass, m.
-    pub centre: [S; 3],
-    /// Linear momentum, kg m/s.
-    pub linear: [S; 3],
-    /// Angular momentum about that centre, kg m^2/s.
-    pub angular: [S; 3],
-}
+use crate::{
+    Energy, Equilibrium, Error, Momentum, Rk4, Scalar, StateOf, acceleration, equilibrium, project,
+};
 
 /// A mechanism: its sizes, its equations, and everything that the algorithms of this crate make of them.
 ///

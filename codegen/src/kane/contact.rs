@@ -43,7 +43,25 @@ pub struct Contacts {
     outputs: Vec<Expr>,
     /// Energy of all contacts, J.
     stored: Expr,
+    /// What rigid contacts need.
+    pub gaps: Gaps,
 }
+
+/// What rigid contacts need of K points.
+#[derive(Default)]
+pub struct Gaps {
+    /// Height over the plane, and distance within the edges and the back of its plate, K x 2, m.
+    pub gap: Vec<Expr>,
+    /// Coefficient of friction, K.
+    pub friction: Vec<Expr>,
+    /// Unit normal of the plane in the base frame, K x 3.
+    pub normal: Vec<Expr>,
+    /// Velocity relative to the body of the plane in the base frame, K x 3, m/s.
+    pub velocity: Vec<Expr>,
+}
+
+/// The distance within the edges of a plane that has none, m: large, and finite as `f32`.
+const ENDLESS: f64 = 1e30;
 
 /// A body that takes part in a contact, or the ground.
 pub struct Carrier<'a> {
@@ -88,6 +106,7 @@ impl Contacts {
             wrenches: vec![Wrench::zero(); nodes],
             outputs: Vec::new(),
             stored: Expr::zero(),
+            gaps: Gaps::default(),
         };
         for contact in &binder.mechanism().contacts {
             contacts.add(binder, kinematics, contact);
@@ -135,6 +154,13 @@ impl Contacts {
         for (at, force) in &touched.forces {
             self.outputs.extend(body.placement.place(at));
             self.outputs.extend(body.placement.turn(force));
+        }
+        for gap in &touched.gaps {
+            let within = gap.within.clone().unwrap_or_else(|| binder.constant(ENDLESS));
+            self.gaps.gap.extend([gap.height.clone(), within]);
+            self.gaps.friction.push(law.friction.clone());
+            self.gaps.normal.extend(placed.normal.clone());
+            self.gaps.velocity.extend(body.placement.turn(&gap.velocity));
         }
         let half = binder.constant(0.5);
         let energy = &(&half * &law.stiffness) * &touched.squares;

@@ -6,8 +6,9 @@
 use super::articulated::ArticulatedBodies;
 use super::binder::{Binder, Label};
 use super::closure::Closure;
+use super::contact::Gaps;
 use super::energy::Energy;
-use super::equations::{Equations, Leaf, Reduced};
+use super::equations::{Equations, GapTrees, Leaf, Reduced};
 use super::forces::GeneralizedForces;
 use super::frame::Frames;
 use super::independent::{IndependentSpeeds, Phases};
@@ -19,7 +20,7 @@ use super::mass::MassMatrix;
 use super::momentum::Momentum;
 use super::outputs::Outputs;
 use crate::source::Diagnostics;
-use crate::symbolic::{self, Algebra, SessionError};
+use crate::symbolic::{self, Algebra, Expr, SessionError};
 use crate::topology::Topology;
 
 /// Entries of J up to which its rows are reduced one by one although independent speeds are known.
@@ -57,8 +58,7 @@ fn equations(
     let forces = GeneralizedForces::new(b, &kinematics, &loads);
     let mass = MassMatrix::new(b, &kinematics, &inertias);
     let energy = Energy::new(b, &kinematics, &inertias, &loads);
-    let is_free = !topology.mechanism.free.is_empty();
-    let momentum = is_free.then(|| Momentum::new(b, &kinematics, &inertias).components);
+    let momentum = momentum(b, &kinematics, &inertias);
     let closure = Closure::new(b, &kinematics);
     let outputs = Outputs::new(b, &kinematics);
     let given = Given::new(b, &closure);
@@ -94,6 +94,7 @@ fn equations(
         poses: b.trees(&outputs.poses),
         points: b.trees(&outputs.points),
         contacts: b.trees(loads.contacts().outputs()),
+        gaps: gaps(b, &loads.contacts().gaps),
         drives: b.trees(&outputs.drives),
         imbalance: b.trees(&inverse.imbalance),
         opening: b.trees(&inverse.opening),
@@ -104,6 +105,25 @@ fn equations(
         bindings: b.bindings(),
         facts: b.facts(),
     })
+}
+
+/// Derives the momenta of a mechanism with free bodies.
+fn momentum(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    inertias: &Inertias,
+) -> Option<Vec<Expr>> {
+    let is_free = !binder.topology().mechanism.free.is_empty();
+    is_free.then(|| Momentum::new(binder, kinematics, inertias).components)
+}
+
+fn gaps(binder: &mut Binder, gaps: &Gaps) -> GapTrees {
+    GapTrees {
+        gap: binder.trees(&gaps.gap),
+        friction: binder.trees(&gaps.friction),
+        normal: binder.trees(&gaps.normal),
+        velocity: binder.trees(&gaps.velocity),
+    }
 }
 
 /// Returns the errors in the formulas of the model, if there are any.

@@ -87,6 +87,8 @@ pub struct Equations {
     pub points: Vec<Tree<Leaf>>,
     /// Position (m) of each contact point and the force (N) on its body, in the base frame, K x 6.
     pub contacts: Vec<Tree<Leaf>>,
+    /// What rigid contacts need.
+    pub gaps: GapTrees,
     /// Prescribed angles of the driven joints, rad.
     pub drives: Vec<Tree<Leaf>>,
     /// f - M du/dt + J^T lambda at given du/dt and lambda, N, N m.
@@ -103,6 +105,19 @@ pub struct Equations {
     pub kinetic_energy: Tree<Leaf>,
     /// Potential energy of gravity and springs, J.
     pub potential_energy: Tree<Leaf>,
+}
+
+/// What rigid contacts need of K points.
+#[derive(Clone, Debug)]
+pub struct GapTrees {
+    /// Height over the plane, and distance within the edges and the back of its plate, K x 2, m.
+    pub gap: Vec<Tree<Leaf>>,
+    /// Coefficient of friction, K.
+    pub friction: Vec<Tree<Leaf>>,
+    /// Unit normal of the plane in the base frame, K x 3.
+    pub normal: Vec<Tree<Leaf>>,
+    /// Velocity relative to the body of the plane in the base frame, K x 3, m/s.
+    pub velocity: Vec<Tree<Leaf>>,
 }
 
 /// M = L^T D L, and the solution of M du/dt = f + J^T lambda with it.

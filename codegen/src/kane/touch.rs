@@ -24,7 +24,7 @@ pub struct Law {
     /// c, s/m.
     dissipation: Expr,
     /// mu.
-    friction: Expr,
+    pub friction: Expr,
     /// s^2, m^2/s^2.
     slip: Expr,
 }
@@ -37,6 +37,18 @@ pub struct Touched {
     pub wrench: Wrench,
     /// Sum of the squares of the depths, m^2.
     pub squares: Expr,
+    /// Each point and its plane.
+    pub gaps: Vec<PointGap>,
+}
+
+/// A point and its plane.
+pub struct PointGap {
+    /// Height over the plane, m.
+    pub height: Expr,
+    /// Distance from the edges and the back of the plate that carries the plane, m, positive inside; if it ends.
+    pub within: Option<Expr>,
+    /// Velocity relative to the body of the plane, in the point's body, m/s.
+    pub velocity: Vector,
 }
 
 /// What the points of one face have in common.
@@ -76,7 +88,7 @@ pub fn touch(
 ) -> Touched {
     let size = binder.mechanism().size;
     let mut faces: Vec<Face> = Vec::new();
-    let (mut forces, mut squares) = (Vec::new(), Expr::zero());
+    let (mut forces, mut gaps, mut squares) = (Vec::new(), Vec::new(), Expr::zero());
     for point in points {
         let name = point.name.replace('.', "_");
         let meaning = "coordinates of a contact point in this body's frame, m";
@@ -88,10 +100,12 @@ pub fn touch(
         });
         let section = body.section(Phase::Contact);
         let mut of = Point { binder, section, name, at: &at, seen, face: &faces[index] };
-        let (depth, force) = of.force(law, contact.plane.outline.as_ref());
+        let (gap, depth) = of.gap(contact.plane.outline.as_ref());
+        let force = of.force(law, &gap.velocity, &depth);
         squares = &squares + &depth.power(2);
         faces[index].carry(&at, &force);
         forces.push((at, force));
+        gaps.push(gap);
     }
     let sums = faces.iter().map(Face::wrench);
     let wrench = sums.fold(Wrench::zero(), |sum, wrench| sum.plus(&wrench));
@@ -100,7 +114,7 @@ pub fn touch(
         force: body.vector(binder, &format!("force_{contact}"), wrench.force),
         moment: body.vector(binder, &format!("moment_{contact}"), wrench.moment),
     };
-    Touched { forces, wrench, squares }
+    Touched { forces, wrench, squares, gaps }
 }
 
 impl Face {
@@ -148,53 +162,59 @@ struct Point<'p, 'b> {
 }
 
 impl Point<'_, '_> {
-    /// Derives the depth d and the force on the body.
-    fn force(&mut self, law: &Law, outline: Option<&PlateOutline>) -> (Expr, Vector) {
-        let [x, y, _] = self.at;
-        let Seen { normal, omega: [wx, wy, wz], .. } = self.seen;
-        let depth = self.depth(outline);
+    /// Derives where the point is over the plane, and its depth d, which is 0 outside: the distance to the plane or, if
+    /// that is less, to an edge of the plate or to its back.
+    fn gap(&mut self, outline: Option<&PlateOutline>) -> (PointGap, Expr) {
+        let [x, y, z] = self.at;
+        let Seen { normal: [nx, ny, _], sheet, omega: [wx, wy, wz], .. } = self.seen;
+        let height = &self.face.height + &(&(nx * x) + &(ny * y));
+        let below = self.bind("below", -&height);
+        let within = match (outline, sheet) {
+            (Some(outline), Some(sheet)) => {
+                let thickness = self.binder.constant(outline.thickness);
+                let at = sheet.each_ref().map(|([ex, ey, ez], origin)| {
+                    let along = &(&(ex * x) + &(ey * y)) + &(ez * z);
+                    self.bind("in_plate", origin + &along)
+                });
+                let back = self.bind("to_edge", &thickness - &below);
+                let edges = outline.edges().map(|(inward, product)| {
+                    let [mx, my, product] =
+                        [inward[0], inward[1], product].map(|x| self.binder.constant(x));
+                    &(&(&mx * &at[0]) + &(&my * &at[1])) - &product
+                });
+                let edges: Vec<Expr> = edges.collect();
+                Some(edges.into_iter().fold(back, |within, edge| self.least(within, edge)))
+            }
+            _ => None,
+        };
+        let depth = match &within {
+            Some(within) => self.least(below.clone(), within.clone()),
+            None => below.clone(),
+        };
+        let depth = self.positive("depth", depth);
         let [vx, vy, vz] = &self.face.velocity;
         let velocity = [vx - &(wz * y), vy + &(wz * x), vz + &(&(wx * y) - &(wy * x))];
         let velocity = self.vector("velocity", velocity);
-        let leaving = self.bind("normal_speed", dot(normal, &velocity));
+        (PointGap { height: -&below, within, velocity }, depth)
+    }
+
+    /// Derives the force on the body.
+    fn force(&mut self, law: &Law, velocity: &Vector, depth: &Expr) -> Vector {
+        let Seen { normal, .. } = self.seen;
+        let leaving = self.bind("normal_speed", dot(normal, velocity));
         let damped = &Expr::one() - &(&law.dissipation * &leaving);
         let damped = self.positive("damping", damped);
-        let push = self.bind("push", &(&law.stiffness * &depth) * &damped);
+        let push = self.bind("push", &(&law.stiffness * depth) * &damped);
         if law.friction.is_zero() {
-            return (depth, self.vector("force", scale(&push, normal)));
+            return self.vector("force", scale(&push, normal));
         }
-        let sliding = self.vector("sliding", sub(&velocity, &scale(&leaving, normal)));
+        let sliding = self.vector("sliding", sub(velocity, &scale(&leaving, normal)));
         let square = self.bind("sliding_square", &dot(&sliding, &sliding) + &law.slip);
         let speed = self.bind("sliding_speed", Expr::apply(Function::Sqrt, &[square]));
         let drag = &(&law.friction * &push) * &speed.power(-1);
         let drag = self.bind("friction", drag);
         let force = sub(&scale(&push, normal), &scale(&drag, &sliding));
-        (depth, self.vector("force", force))
-    }
-
-    /// Derives the depth of the point, which is 0 outside: the distance to the plane or, if that is less, to an
-    /// edge of the plate or to its back.
-    fn depth(&mut self, outline: Option<&PlateOutline>) -> Expr {
-        let [x, y, z] = self.at;
-        let Seen { normal: [nx, ny, _], sheet, .. } = self.seen;
-        let height = &self.face.height + &(&(nx * x) + &(ny * y));
-        let mut depth = self.bind("below", -&height);
-        if let (Some(outline), Some(sheet)) = (outline, sheet) {
-            let thickness = self.binder.constant(outline.thickness);
-            let back = &thickness - &depth;
-            depth = self.least(depth, back);
-            let at = sheet.each_ref().map(|([ex, ey, ez], origin)| {
-                let along = &(&(ex * x) + &(ey * y)) + &(ez * z);
-                self.bind("in_plate", origin + &along)
-            });
-            for (inward, product) in outline.edges() {
-                let [mx, my, product] =
-                    [inward[0], inward[1], product].map(|x| self.binder.constant(x));
-                let inside = &(&(&mx * &at[0]) + &(&my * &at[1])) - &product;
-                depth = self.least(depth, inside);
-            }
-        }
-        self.positive("depth", depth)
+        self.vector("force", force)
     }
 
     /// Returns the lesser of a depth and another distance.

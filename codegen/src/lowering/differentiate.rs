@@ -41,6 +41,13 @@ pub fn by_time(function: Function) -> Function {
     })
 }
 
+/// The derivative by a speed, all else constant.
+pub fn by_speed(function: Function, speed: SpeedId) -> Function {
+    differentiate(function, |forward, slot, section| {
+        (slot == Slot::Rate(speed)).then(|| forward.push(Op::Const(1.0), section))
+    })
+}
+
 /// How coordinates change along directions of u.
 pub struct Directions {
     joints: usize,

@@ -9,8 +9,10 @@ use crate::kane::{Elimination, Equations, Leaf, Reduced};
 use crate::program::{
     Array, Function, FunctionKind, Instruction, Interface, Op, Output, Phase, Section, Slot, Value,
 };
+use crate::source::SpeedId;
 use crate::symbolic::{Function as SymbolicFunction, Tree};
 
+use super::dead;
 use super::differentiate::{self, Directions};
 
 /// Every function of the mechanism that is written directly from the equations, in the order of
@@ -41,6 +43,7 @@ pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> 
         of(Energy, &[kinetic, potential]),
         drives(angles),
         of(Contacts, &[&e.contacts]),
+        gaps(e, interface),
         of(Reactions, &[&e.reactions]),
         match &e.momentum {
             Some(momentum) => of(Momentum, &[momentum]),
@@ -123,26 +126,58 @@ fn misfit(equations: &Equations) -> [(&'static str, usize, usize, &[Tree<Leaf>])
     ]
 }
 
+/// The gaps of contact points, and the derivatives of the points' velocities by u; nothing without contacts.
+fn gaps(equations: &Equations, interface: &Interface) -> Function {
+    let (kind, gaps) = (FunctionKind::Gaps, &equations.gaps);
+    let points = interface.contacts.len();
+    if points == 0 {
+        return Function { kind, instructions: Vec::new(), outputs: Vec::new() };
+    }
+    let [gap, friction, normal] = [&gaps.gap, &gaps.friction, &gaps.normal].map(Vec::as_slice);
+    let places =
+        [("gap", points, 2, gap), ("friction", points, 1, friction), ("normal", points, 3, normal)];
+    let velocity = function(equations, kind, &[("rows", 3 * points, 1, &equations.gaps.velocity)]);
+    let by_speed = |speed| dead::dead(differentiate::by_speed(velocity.clone(), SpeedId(speed)));
+    let mut parts: Vec<Function> = (0..interface.speeds()).map(by_speed).collect();
+    parts.push(function(equations, kind, &places));
+    let (instructions, mut outputs) = together(parts);
+    let mut all = outputs.split_off(interface.speeds());
+    all.push(beside("rows", &outputs));
+    Function { kind, instructions, outputs: all }
+}
+
 /// Each driven angle followed by its first three derivatives by t.
 fn drives(angles: Function) -> Function {
+    let kind = angles.kind;
     let speeds = differentiate::by_time(angles.clone());
     let accelerations = differentiate::by_time(speeds.clone());
     let jerks = differentiate::by_time(accelerations.clone());
-    let mut all = Function { kind: angles.kind, instructions: Vec::new(), outputs: Vec::new() };
-    let mut columns = Vec::new();
-    for part in [angles, speeds, accelerations, jerks] {
-        let shift = all.instructions.len();
+    let (instructions, columns) = together(vec![angles, speeds, accelerations, jerks]);
+    Function { kind, instructions, outputs: vec![beside("drives", &columns)] }
+}
+
+/// The instructions of several functions, one after the other, and all their outputs.
+fn together(parts: Vec<Function>) -> (Vec<Instruction>, Vec<Output>) {
+    let (mut instructions, mut outputs) = (Vec::new(), Vec::new());
+    for part in parts {
+        let shift = instructions.len();
         let moved = |value: Value| Value(value.index() + shift);
-        columns.push(part.outputs[0].entries.iter().copied().map(moved).collect::<Vec<_>>());
-        all.instructions.extend(
+        outputs.extend(part.outputs.into_iter().map(|output| {
+            let entries = output.entries.into_iter().map(moved).collect();
+            Output { entries, ..output }
+        }));
+        instructions.extend(
             part.instructions.into_iter().map(|i| Instruction { op: i.op.map(moved), ..i }),
         );
     }
-    let rows = columns[0].len();
-    let entries = (0..rows).flat_map(|row| columns.iter().map(move |column| column[row]));
-    all.outputs =
-        vec![Output { name: "drives", rows, columns: columns.len(), entries: entries.collect() }];
-    all
+    (instructions, outputs)
+}
+
+/// One matrix with these columns.
+fn beside(name: &'static str, columns: &[Output]) -> Output {
+    let rows = columns.first().map_or(0, |column| column.entries.len());
+    let entries = (0..rows).flat_map(|row| columns.iter().map(move |column| column.entries[row]));
+    Output { name, rows, columns: columns.len(), entries: entries.collect() }
 }
 
 /// The function with these outputs.

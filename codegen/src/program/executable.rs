@@ -2,29 +2,16 @@
 //! without a Rust compiler. An [`Engine`] evaluates its functions.
 
 use lamc_runtime::plumbing::{
-    Balance, Dimensions, Drive, EquationsMut, Margin, ProjectionMut, workspace_len,
+    Balance, Dimensions, Drive, EquationsMut, GapsMut, Margin, ProjectionMut, workspace_len,
 };
 use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body};
 
+use super::engine::{Engine, UnknownName};
 use super::ir::{Interface, Program, Slot};
 use super::signature::{Argument, FunctionKind};
 
-/// An interpreter or machine code: it evaluates the functions of a program.
-pub trait Engine: Sized {
-    /// An engine for the functions of a program.
-    fn new(program: &Program) -> Self;
-
-    /// Evaluates a function: `load` returns the value of a slot that it reads, `out` receives its outputs in order.
-    fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]);
-}
-
 /// Outputs of a function that solves, with its margin: those of the Jacobian are most.
 const MOST_OUTPUTS: usize = 5;
-
-/// No parameter or input has this name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no parameter or input is called `{0}`")]
-pub struct UnknownName(pub String);
 
 /// A program that can be evaluated, with parameters and inputs that can be set.
 #[derive(Clone, Debug)]
@@ -344,6 +331,15 @@ impl<E: Engine> Mechanism for Executable<E> {
     fn write_contacts(&self, t: f64, q: &[f64], u: &[f64], out: &mut [f64]) -> Result<(), Error> {
         let at = State { t, q, u, ..State::default() };
         self.evaluate(FunctionKind::Contacts, at, &mut [out])
+    }
+
+    fn write_gaps(&self, t: f64, q: &[f64], out: GapsMut<'_, f64>) -> Result<(), Error> {
+        if out.gap.is_empty() {
+            return Ok(());
+        }
+        let GapsMut { gap, friction, normal, rows } = out;
+        let at = State { t, q, ..State::default() };
+        self.evaluate(FunctionKind::Gaps, at, &mut [gap, friction, normal, rows])
     }
 
     fn write_reactions(&self, at: Balance<'_, f64>, out: &mut [f64]) -> Result<(), Error> {

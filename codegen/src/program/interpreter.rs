@@ -3,7 +3,8 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::executable::{Engine, Executable};
+use super::engine::Engine;
+use super::executable::Executable;
 use super::ir::{Op, Output, Program, Slot, Value};
 use super::signature::FunctionKind;
 

@@ -4,6 +4,7 @@
 //! write a module.
 
 mod cost;
+mod engine;
 mod executable;
 mod fact;
 mod form;
@@ -23,7 +24,8 @@ mod verify;
 pub(crate) mod tests;
 
 pub use cost::Cost;
-pub use executable::{Engine, Executable, UnknownName};
+pub use engine::{Engine, UnknownName};
+pub use executable::Executable;
 pub use fact::{Fact, Quantity};
 pub use form::Form;
 pub use interpreter::{Interpretation, Interpreter};

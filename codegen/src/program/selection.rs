@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn a_wrong_name_is_answered_with_the_right_ones() {
         let error = Selection::named(["acceleration", "projecton"]).unwrap_err().to_string();
-        let expected = "`projecton`; there are poses, points, energy, contacts, reactions, momentum, tangent, \
+        let expected = "`projecton`; there are poses, points, energy, contacts, gaps, reactions, momentum, tangent, \
                         acceleration, projection, jacobian, `all`";
         assert!(error.contains(expected), "{error}");
     }

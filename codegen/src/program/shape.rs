@@ -69,6 +69,8 @@ pub enum Size {
     Points,
     /// K: the contact points.
     Contacts,
+    /// 3 K: three rows for each contact point.
+    ContactRows,
     /// D: the joints that follow a prescribed angle.
     Drives,
     /// The parameters.
@@ -90,6 +92,7 @@ impl Size {
             Self::Bodies => interface.bodies.len(),
             Self::Points => interface.points.len(),
             Self::Contacts => interface.contacts.len(),
+            Self::ContactRows => 3 * interface.contacts.len(),
             Self::Drives => interface.driven().len(),
             Self::Parameters => interface.parameters.len(),
             Self::Inputs => interface.inputs.len(),
@@ -109,6 +112,7 @@ impl std::fmt::Display for Size {
             Self::Bodies => "B",
             Self::Points => "P",
             Self::Contacts => "K",
+            Self::ContactRows => "3 K",
             Self::Drives => "D",
             Self::Parameters => "parameters",
             Self::Inputs => "inputs",

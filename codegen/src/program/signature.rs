@@ -20,6 +20,7 @@ pub enum FunctionKind {
     Energy,
     Drives,
     Contacts,
+    Gaps,
     Reactions,
     Momentum,
     Tangent,
@@ -30,8 +31,8 @@ pub enum FunctionKind {
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 13] = {
-        let mut all = [Self::Equations; 13];
+    pub const ALL: [Self; 14] = {
+        let mut all = [Self::Equations; 14];
         let mut index = 0;
         while index < all.len() {
             all[index] = SIGNATURES[index].kind;
@@ -160,6 +161,8 @@ impl Slot {
 
 const POSITION: &[Argument] = &[Argument::Positions];
 const TIME: &[Argument] = &[Argument::Time, Argument::Parameters, Argument::Inputs];
+const PLACE: &[Argument] =
+    &[Argument::Time, Argument::Positions, Argument::Parameters, Argument::Inputs];
 const VELOCITY: &[Argument] = &[Argument::Positions, Argument::Speeds, Argument::Parameters];
 const STATE: &[Argument] = &[
     Argument::Time,
@@ -201,7 +204,7 @@ const MARGIN: Array = vector(
 );
 
 /// Every function, in the order of [`FunctionKind`].
-pub const SIGNATURES: [Signature; 13] = [
+pub const SIGNATURES: [Signature; 14] = [
     Signature {
         kind: FunctionKind::Equations,
         name: "equations",
@@ -288,6 +291,34 @@ pub const SIGNATURES: [Signature; 13] = [
             "the position, then the force on the body, in the base frame",
         )],
         doc: "Where each contact point is, and the force on its body",
+    },
+    Signature {
+        kind: FunctionKind::Gaps,
+        name: "gaps",
+        role: Role::Output,
+        inputs: PLACE,
+        outputs: &[
+            array(
+                "gap",
+                Shape(Size::Contacts, Size::Fixed(2)),
+                "m",
+                "the height over the plane, then the distance within the edges and the back of its plate",
+            ),
+            vector("friction", Size::Contacts, "", "the coefficient of friction"),
+            array(
+                "normal",
+                Shape(Size::Contacts, Size::Fixed(3)),
+                "",
+                "the unit normal of the plane in the base frame",
+            ),
+            array(
+                "rows",
+                Shape(Size::ContactRows, Size::Speeds),
+                "m",
+                "the velocity relative to the body of the plane by u, in the base frame",
+            ),
+        ],
+        doc: "How far each contact point is from its plane, and how it moves relative to the body of the plane",
     },
     Signature {
         kind: FunctionKind::Reactions,

@@ -37,7 +37,7 @@ use crate::{Arithmetic, Error, Mechanism, StateOf};
 /// Rigid contacts and joint limits at fixed steps: one evaluation of the equations per step, and no limit of the step by
 /// the stiffness of a contact.
 ///
-/// Hinge springs and dampers are explicit: steps must be shorter than 2 over the fastest angular frequency, and 1 over
+/// Hinge springs and dampers are explicit: steps must be shorter than 2 over the fastest angular frequency, and 2 over
 /// the fastest rate of damping.
 #[derive(Clone, Debug)]
 pub struct Rigid<Y: Mechanism> {

@@ -6,6 +6,7 @@ mod equilibria;
 mod long_run;
 mod methods;
 mod modes;
+mod rigid;
 mod singular;
 mod stiff;
 mod stops;

@@ -95,7 +95,7 @@ struct Compile {
     #[arg(long, requires = "output")]
     extern_c: bool,
     /// Functions of the Rust or C module besides those that every motion needs: poses, points,
-    /// energy, contacts, reactions, momentum, tangent, acceleration, projection, jacobian; all; none. Default: all but jacobian
+    /// energy, contacts, gaps, reactions, momentum, tangent, acceleration, projection, jacobian; all; none. Default: all but jacobian
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', conflicts_with = "python")]
     functions: Vec<String>,
     /// The number type; C takes `generic` for f64

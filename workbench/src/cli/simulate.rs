@@ -49,7 +49,10 @@ pub struct Arguments {
     /// Integration method
     #[arg(long, value_enum, default_value_t)]
     integrator: Integrator,
-    /// Coefficient of restitution at the stops, 0 to 1
+    /// Length of a step of `--integrator rigid`; 1e-4 if left out
+    #[arg(long, value_name = "SECONDS")]
+    step: Option<f64>,
+    /// Coefficient of restitution at the stops, 0 to 1; of rigid contacts, too
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     restitution: f64,
     #[command(flatten)]
@@ -66,17 +69,12 @@ enum Integrator {
     Dopri5,
     /// RODASP of order 4(3), implicit and L-stable
     Rodas,
+    /// Rigid contacts and stops at steps of fixed length, of order 1
+    Rigid,
 }
 
-impl From<Integrator> for Method {
-    fn from(integrator: Integrator) -> Self {
-        match integrator {
-            Integrator::Auto => Self::Auto,
-            Integrator::Dopri5 => Self::Dopri5,
-            Integrator::Rodas => Self::Rodas,
-        }
-    }
-}
+/// The length of steps unless another is chosen, s.
+const STEP: f64 = 1e-4;
 
 /// What to write.
 #[derive(Args)]
@@ -112,6 +110,14 @@ impl Arguments {
                 return Err(misused(format_args!("{name} must be a positive number")));
             }
         }
+        match (self.step, self.integrator) {
+            (None, _) => {}
+            (Some(step), Integrator::Rigid) if step.is_finite() && step > 0.0 => {}
+            (Some(_), Integrator::Rigid) => {
+                return Err(misused("--step must be a positive number"));
+            }
+            (Some(_), _) => return Err(misused("--step belongs to `--integrator rigid`")),
+        }
         if !(0.0..=1.0).contains(&self.restitution) {
             return Err(misused("--restitution must lie between 0 and 1"));
         }
@@ -121,7 +127,12 @@ impl Arguments {
 
     fn settings(&self) -> Settings {
         Settings {
-            method: self.integrator.into(),
+            method: match self.integrator {
+                Integrator::Auto => Method::Auto,
+                Integrator::Dopri5 => Method::Dopri5,
+                Integrator::Rodas => Method::Rodas,
+                Integrator::Rigid => Method::Rigid { step: self.step.unwrap_or(STEP) },
+            },
             duration: self.duration,
             tolerance: self.tolerance,
             restitution: self.restitution,
@@ -280,7 +291,12 @@ fn summary(simulation: &Simulation, seconds: f64, interrupted: bool) -> String {
         let _ = writeln!(text, "at a stop for a while: {}", stopped.join(", "));
     }
     let steps = simulation.steps();
-    let methods: Vec<_> = [(steps.explicit, "Dormand-Prince"), (steps.implicit, "RODASP")]
+    let methods = [
+        (steps.explicit, "Dormand-Prince"),
+        (steps.implicit, "RODASP"),
+        (steps.rigid, "rigid time stepping"),
+    ];
+    let methods: Vec<_> = methods
         .into_iter()
         .filter(|(steps, _)| *steps > 0)
         .map(|(steps, name)| format!("{steps} steps of {name}"))

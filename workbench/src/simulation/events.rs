@@ -176,6 +176,7 @@ impl Simulation {
     fn between(&mut self, t: f64) -> Result<State<Vec<f64>, f64>, SimulationError> {
         let found = match self.method {
             Method::Rodas => self.implicit.between(&self.system, t),
+            Method::Rigid { .. } => self.rigid.between(&self.system, &self.state, t),
             Method::Auto | Method::Dopri5 => self.explicit.between(&self.system, t),
         };
         found.map_err(|error| self.failure(&error))

@@ -24,6 +24,7 @@ mod pace;
 mod rigid;
 mod samples;
 mod start;
+mod steps;
 mod suspect;
 #[cfg(test)]
 mod tests;
@@ -42,6 +43,8 @@ use crate::execution::Jit;
 use crate::motion::{Audit, Motion, Work};
 use events::Watch;
 use pace::Pace;
+use steps::RigidSteps;
+pub use steps::Steps;
 use suspect::{is_at_stop, suspect};
 
 /// What may be spent to leave a singular state, steps times joints cubed: one or two seconds.
@@ -51,7 +54,7 @@ const MOST_TO_LEAVE: f64 = 5e6;
 const FLAT: f64 = 1e-2;
 
 /// How to integrate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Method {
     /// The explicit method, and the implicit one from where the motion turns out to be stiff.
     #[default]
@@ -60,6 +63,11 @@ pub enum Method {
     Dopri5,
     /// RODASP of order 4(3), which is implicit and L-stable.
     Rodas,
+    /// Rigid contacts and stops at steps of fixed length, of order 1.
+    Rigid {
+        /// The length of a step, s.
+        step: f64,
+    },
 }
 
 /// How to run a simulation.
@@ -85,27 +93,13 @@ impl Default for Settings {
 /// The error allowed per step unless another is chosen, relative and absolute (rad, rad/s).
 pub const TOLERANCE: f64 = 1e-8;
 
-/// The steps of a simulation so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Steps {
-    /// Steps of Dormand and Prince's pair.
-    pub explicit: usize,
-    /// Steps of RODASP.
-    pub implicit: usize,
-}
-
-impl Steps {
-    fn total(self) -> usize {
-        self.explicit + self.implicit
-    }
-}
-
 /// A simulation of a mechanism in process.
 pub struct Simulation {
     system: Stopped<Jit>,
     state: State<Vec<f64>, f64>,
     explicit: Dopri5<Stopped<Jit>>,
     implicit: Rodas<Stopped<Jit>>,
+    rigid: RigidSteps,
     method: Method,
     /// Whether the implicit method is only to lead out of a singular state.
     leaves: bool,
@@ -131,6 +125,8 @@ impl Simulation {
         settings: &Settings,
     ) -> Result<Self, Error> {
         let motion = Motion::new(system.interface());
+        let is_rigid = matches!(settings.method, Method::Rigid { .. });
+        let work = work.filter(|_| !is_rigid);
         let audit = Audit::new(&system, &state, settings.tolerance)?;
         let stopped = vec![false; system.interface().joints.len()];
         let mut system = Stopped::new(system);
@@ -140,11 +136,13 @@ impl Simulation {
         let (mut explicit, mut implicit) = (Dopri5::new(&system), Rodas::new(&system));
         (explicit.relative, explicit.absolute) = (settings.tolerance, settings.tolerance);
         (implicit.relative, implicit.absolute) = (settings.tolerance, settings.tolerance);
+        let rigid = RigidSteps::new(&system, &state, settings.restitution);
         Ok(Self {
             system,
             state,
             explicit,
             implicit,
+            rigid,
             method,
             leaves,
             steps: Steps::default(),
@@ -179,6 +177,11 @@ impl Simulation {
             }
             let outcome = self.motion.record(&self.system, &self.state);
             outcome.map_err(|error| self.failure(&error))?;
+            if let (Method::Rigid { .. }, Some(sample)) =
+                (self.method, self.motion.samples.last_mut())
+            {
+                self.rigid.correct(&self.system, &self.state, sample);
+            }
             recorded(self.motion.samples.len());
             if reached == Reached::Event {
                 break;
@@ -226,6 +229,9 @@ impl Simulation {
             outcome.map_err(|error| self.failure(&error))?;
             for (stopped, &side) in self.stopped.iter_mut().zip(&self.system.sides) {
                 *stopped |= side != 0.0;
+            }
+            if let Method::Rigid { .. } = self.method {
+                self.rigid.note_stops(&self.system, &mut self.stopped);
             }
         }
         Ok(Reached::Time)
@@ -277,6 +283,10 @@ impl Simulation {
                 self.steps.implicit += 1;
                 self.system.step_with(&mut self.implicit, &mut self.state, t)
             }
+            Method::Rigid { step } => {
+                self.steps.rigid += 1;
+                self.rigid.step(&self.system, &mut self.state, t, step)
+            }
             Method::Auto | Method::Dopri5 => {
                 self.steps.explicit += 1;
                 self.system.step_with(&mut self.explicit, &mut self.state, t)
@@ -295,6 +305,9 @@ impl Simulation {
     /// has left the singular state in which it started.
     fn check_progress(&mut self) -> Result<(), SimulationError> {
         let (steps, t) = (self.steps.total(), self.state.t);
+        if let Method::Rigid { .. } = self.method {
+            return Ok(());
+        }
         if self.pace.is_hopeless(steps, t, self.method == Method::Rodas) {
             let suspect = suspect(&self.system, &self.state);
             let started_flat = self.started_flat();
@@ -319,6 +332,7 @@ impl Simulation {
         let middle = 0.5 * (before.t + self.state.t);
         let middle = match self.method {
             Method::Rodas => self.implicit.between(&self.system, middle),
+            Method::Rigid { .. } => self.rigid.between(&self.system, &self.state, middle),
             Method::Auto | Method::Dopri5 => self.explicit.between(&self.system, middle),
         };
         let touches = self.state.q.iter().enumerate();

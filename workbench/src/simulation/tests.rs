@@ -103,6 +103,28 @@ fn an_impact_changes_a_sign_at_once() {
     assert!((state.u[0] + 0.5 * SPEED * 0.75_f64.sqrt()).abs() < 1e-6, "{state:?}");
 }
 
+/// Fixed steps end at samples, find the events between, and hold what reaches its stop: sin(20 t) until it is 0.5.
+#[test]
+fn rigid_steps_end_at_samples_and_at_stops() {
+    let step = 1e-5;
+    let settings = Settings { method: Method::Rigid { step }, ..Settings::default() };
+    let mut simulation = swing(", limits: [-1, 0.5], torque: 1e-3", (0.0, SPEED), &settings);
+    simulation.watch(event(|state| state.q[0] - 0.25, Direction::Rising, None));
+    simulation.run([0.0, 0.01003, 0.1], || false, |_| ()).unwrap();
+    let motion = simulation.motion();
+    let [_, between, last] = motion.samples.as_slice() else { panic!("three samples") };
+    assert_eq!((between.t, last.t), (0.01003, 0.1));
+    // With the torque it swings about 2.5 rad.
+    let exact = |t: f64| 2.5 - 2.5 * (SPEED * t).cos() + (SPEED * t).sin();
+    assert!((between.q[0] - exact(between.t)).abs() <= 3e-4, "{between:?}");
+    let at = times(&simulation)[0][0];
+    assert!((exact(at) - 0.25).abs() <= 3e-4, "{at}");
+    assert!((last.q[0] - 0.5).abs() <= 1e-12 && last.u[0].abs() <= 1e-12, "{last:?}");
+    assert!(last.acceleration[0].abs() <= 1e-6, "{last:?}");
+    assert_eq!(simulation.stopped(), [true]);
+    assert!(simulation.steps().rigid >= 10_000, "{:?}", simulation.steps());
+}
+
 #[test]
 fn a_function_can_interrupt_and_must_have_a_value() {
     let mut simulation = swing("", (1.0, 0.0), &Settings::default());

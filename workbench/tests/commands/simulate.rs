@@ -98,6 +98,8 @@ fn locks_stops_and_usage() {
     for (arguments, code) in [
         (vec!["simulate", &model, "--duration", "0"], 2),
         (vec!["simulate", &model, "--restitution", "1.5"], 2),
+        (vec!["simulate", &model, "--step", "1e-3"], 2),
+        (vec!["simulate", &model, "--integrator", "rigid", "--step", "0"], 2),
         (vec!["simulate", &model, "--lock", "ground_west"], 2),
         (vec!["simulate", &model, "--lock", "ground_est=1deg"], 1),
         (vec!["equilibrium", &model, "--lock", "ground_west=190deg"], 1),

@@ -5,7 +5,7 @@ use tera::{Context, Tera};
 
 use super::{Options, ScalarChoice};
 use crate::backend::text::{comment, cuts, joints};
-use crate::program::Program;
+use crate::program::{Function, FunctionKind, Program};
 
 #[derive(Serialize)]
 struct Cost {
@@ -33,9 +33,13 @@ pub fn header(program: &Program, options: &Options) -> String {
     context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
-    let cost =
-        |f: &crate::program::Function| Cost { name: f.kind.name(), cost: f.cost().to_string() };
-    let written = program.functions.iter().filter(|f| options.functions.contains(f.kind));
+    let cost = |f: &Function| Cost { name: f.kind.name(), cost: f.cost().to_string() };
+    // Only mechanisms with contacts have gaps.
+    let is_written = |f: &&Function| {
+        options.functions.contains(f.kind)
+            && (f.kind != FunctionKind::Gaps || !f.outputs.is_empty())
+    };
+    let written = program.functions.iter().filter(is_written);
     context.insert("costs", &written.map(cost).collect::<Vec<_>>());
     match Tera::one_off(lamc_templates::RUST_HEADER, &context, false) {
         Ok(header) => header,

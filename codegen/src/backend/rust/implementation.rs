@@ -6,6 +6,7 @@ use quote::{format_ident, quote};
 
 use super::ScalarChoice;
 use super::body::constant;
+use super::contacts::contacts;
 use super::items::{FieldNames, Syntax, allowances, model, needs_marker, number};
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, JointInfo, Program};
@@ -208,19 +209,7 @@ fn balances(program: &Program, scalar: &TokenStream) -> TokenStream {
     let balance = quote! {
         at.t, exactly(at.q)?, exactly(at.u)?, exactly(at.acceleration)?, exactly(at.multipliers)?
     };
-    let mut functions = TokenStream::new();
-    if has(program, FunctionKind::Contacts) && !program.interface.contacts.is_empty() {
-        let contacts = method(FunctionKind::Contacts);
-        functions.extend(quote! {
-            fn write_contacts(
-                &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
-            ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
-                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                self.#contacts(t, exactly(q)?, exactly(u)?, exactly_mut(out)?);
-                Ok(())
-            }
-        });
-    }
+    let mut functions = contacts(program, scalar);
     if has(program, FunctionKind::Reactions) {
         functions.extend(quote! {
             fn write_reactions(

@@ -4,6 +4,7 @@
 //! placeholders `__body!(index);` afterwards. The header comment is put in front at the end.
 
 mod body;
+mod contacts;
 mod exports;
 mod fused;
 mod header;
