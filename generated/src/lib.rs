@@ -16,9 +16,17 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+/// A crawler: a free body with two motors, and contacts with the ground.
+#[rustfmt::skip]
+pub mod crawler;
+
 /// A four-bar: one planar loop, very stiff.
 #[rustfmt::skip]
 pub mod fourbar;
+
+/// A jumper: a free body, a rubber band, and contacts with the ground.
+#[rustfmt::skip]
+pub mod jumper;
 
 /// A simple pendulum with a measured hinge.
 #[rustfmt::skip]

@@ -72,8 +72,12 @@ class Model:
     """A compiled mechanism of N joints. It does not change, may be used from several threads at once, and can be
     pickled: whoever unpickles it needs neither the file nor the symbolic engine.
 
-    States are arrays: one state is (N), several are (S, N); results have the same leading axis. ``t`` and ``inputs``
-    may be given once or for each state. Loops are closed by :meth:`assemble`.
+    States are arrays: q of one state is (NQ) and u (NU), of several (S, NQ) and (S, NU); results have the same leading axis.
+    Without free bodies, NQ and NU are N, and q and u are angles, rad, and speeds, rad/s. Each free body adds to q
+    the displacement of its centre of mass from where it is drawn, m, and its orientation, a unit quaternion w x y z; and to u the
+    velocity of that centre in the base frame, m/s, and its angular velocity in its own frame, rad/s. Derivatives by q
+    have a column for each speed: the body moves or turns as that speed would move it. ``t`` and ``inputs`` may be given once or for each
+    state. Loops are closed by :meth:`assemble`.
     """
 
     def __init__(
@@ -87,6 +91,12 @@ class Model:
         """The model's name."""
         self.joints: list[str] = about["joints"]
         """Joints, in the order of q and u."""
+        self.free_bodies: list[str] = about["free_bodies"]
+        """Free bodies: q and u go on with theirs."""
+        self.coordinates: list[str] = about["coordinates"]
+        """The names of q (NQ): joints, then ``body.x``, ``.y``, ``.z``, ``.qw``, ``.qx``, ``.qy``, ``.qz`` of free bodies."""
+        self.speeds: list[str] = about["speeds"]
+        """The names of u (NU): joints, then ``body.vx``, ``.vy``, ``.vz``, ``.wx``, ``.wy``, ``.wz`` of free bodies."""
         self.joint_bodies: list[tuple[str, str]] = [(first, second) for first, second in about["joint_bodies"]]
         """The first and the second body of each joint."""
         self.hinge_origins: Array = np.array(about["hinge_origins"], dtype=float).reshape(-1, 3)
@@ -147,20 +157,20 @@ class Model:
     def acceleration(
         self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
     ) -> Array:
-        """Returns du/dt (N), rad/s^2.
+        """Returns du/dt (NU), rad/s^2.
 
         Next to a singular state, such as the flat one, the smallest opening of the loops changes it much; there it is that of
         the nearest closed state.
 
         Args:
-            q: Angles (N), rad.
-            u: Speeds (N), rad/s. By default 0.
+            q: Coordinates (NQ).
+            u: Speeds (NU). By default 0.
             t: Time, s.
             inputs: Inputs by name or as an array (inputs), SI. By default 0.
         """
         states, several = self._states(q, u, t, inputs)
         [rates] = self._native.acceleration(states)
-        return _shaped(rates, states, several, len(self.joints))
+        return _shaped(rates, states, several, len(self.speeds))
 
     def reactions(
         self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, inputs: Any = None
@@ -187,7 +197,7 @@ class Model:
         """Returns the matrices of Kane's equations and of the closure."""
         states, several = self._states(q, u, t, inputs)
         mass, forcing, jacobian, gamma = self._native.equations(states)
-        n, rows = len(self.joints), self._rows
+        n, rows = len(self.speeds), self._rows
         return Equations(
             _shaped(mass, states, several, n, n),
             _shaped(forcing, states, several, n),
@@ -197,13 +207,13 @@ class Model:
 
     def closure(self, q: ArrayLike) -> tuple[Array, Array]:
         """Returns by how much the loops are open, nine numbers for each loop, m, and the derivatives by q: (9 L) and
-        (9 L, N)."""
+        (9 L, NU)."""
         states, several = self._states(q, None, 0.0, None)
         residual, jacobian = self._native.closure(states)
         rows = 9 * len(self.loops)
         return (
             _shaped(residual, states, several, rows),
-            _shaped(jacobian, states, several, rows, len(self.joints)),
+            _shaped(jacobian, states, several, rows, len(self.speeds)),
         )
 
     def jacobian(
@@ -212,7 +222,7 @@ class Model:
         """Returns du/dt with its derivatives by q, u, t and the inputs, along closed directions (:class:`Jacobian`)."""
         states, several = self._states(q, u, t, inputs)
         acceleration, dq, du, dt = self._native.jacobian(states)
-        n, width = len(self.joints), len(self.inputs)
+        n, width = len(self.speeds), len(self.inputs)
         # After du/dt itself.
         [by_inputs] = self._native.by_inputs(states) if width else [acceleration]
         by_inputs = _shaped(by_inputs, states, several, width + 1, n)[..., 1:, :]
@@ -230,6 +240,18 @@ class Model:
         """Returns kinetic and potential energy (2), J."""
         states, several = self._states(q, u, t, inputs)
         return _shaped(self._native.energy(states)[0], states, several, 2)
+
+    def momentum(self, q: ArrayLike, u: ArrayLike) -> Array:
+        """Returns the centre of mass of all moving bodies, m, their linear momentum, kg m/s, and their angular momentum about
+        that centre, kg m^2/s, in the base frame (3, 3): a row each.
+
+        Raises:
+            Error: The mechanism has no free body.
+        """
+        if not self.free_bodies:
+            raise _lamc.Error("momenta are computed for mechanisms with a free body")
+        states, several = self._states(q, u, 0.0, None)
+        return _shaped(self._native.momentum(states)[0], states, several, 3, 3)
 
     def poses(self, q: ArrayLike) -> tuple[Array, Array]:
         """Returns rotation matrices (bodies, 3, 3) and translations (bodies, 3), m: a point drawn at x lies at
@@ -268,8 +290,8 @@ class Model:
         for a stiff mechanism fails or gives a wrong motion; :meth:`simulate` chooses its steps.
 
         Args:
-            q: Angles (N), rad.
-            u: Speeds (N), rad/s.
+            q: Coordinates (NQ).
+            u: Speeds (NU).
             dt: Length of a step, s.
             t: Time at the start, s.
             inputs: Inputs, held during all steps, SI.
@@ -278,8 +300,10 @@ class Model:
         count, length = whole("steps", steps, least=1), number("dt", dt)
         states, several = self._states(q, u, t, inputs)
         moved, speeds = self._native.step(states, length, count)
-        n = len(self.joints)
-        return _shaped(moved, states, several, n), _shaped(speeds, states, several, n)
+        return (
+            _shaped(moved, states, several, len(self.coordinates)),
+            _shaped(speeds, states, several, len(self.speeds)),
+        )
 
     # -- closed states, rest, motion ----------------------------------------------------------------------------
 
@@ -293,8 +317,8 @@ class Model:
 
         Args:
             guess: Angles by joint, which are kept if the loops close that way, while the others start from the model's
-                initial values; or angles of all joints (N), of which none is kept. By default the model's initial state.
-            u: Speeds (N), rad/s, made consistent with the loops. By default those of the model.
+                initial values; or all coordinates (NQ), of which none is kept. By default the model's initial state.
+            u: Speeds (NU), made consistent with the loops. By default those of the model.
             t: Time, s: joints that are driven have their angles of then.
 
         Raises:
@@ -312,7 +336,7 @@ class Model:
         """As :meth:`assemble`, with the warnings."""
         q, speeds, pinned = (list(values) for values in self._initial)
         if isinstance(guess, Mapping):
-            pinned = [False] * len(q)
+            pinned = [False] * len(self.joints)
             for k, given in zip(self._indices(guess), guess.values()):
                 name, (least, greatest) = self.joints[k], self.limits[k]
                 angle = number(name, given)
@@ -324,9 +348,9 @@ class Model:
                     )
                 q[k], pinned[k] = angle, True
         elif guess is not None:
-            q, pinned = self._vector("guess", guess), [False] * len(q)
+            q, pinned = self._vector("guess", guess, self.coordinates), [False] * len(self.joints)
         if u is not None:
-            speeds = self._vector("u", u)
+            speeds = self._vector("u", u, self.speeds)
         return self._native.assemble(t, q, speeds, pinned, guess is None)
 
     def _warn(self, found: Sequence[str]) -> None:
@@ -365,7 +389,7 @@ class Model:
         q, _, moved = self._closed(guess, None, time)
         found = self._native.rest(time, list(q), list(held))
         self._warn([*moved, *found["warnings"]])
-        n, modes = len(self.joints), found["modes"]
+        n, modes = len(self.speeds), found["modes"]
         rest = Equilibrium(
             **{
                 key: found[key]
@@ -374,6 +398,7 @@ class Model:
                     "stable",
                     "statically_stable",
                     "dynamically_stable",
+                    "neutral",
                     "force",
                     "potential_energy",
                     "iterations",
@@ -573,9 +598,11 @@ class Model:
         return _read, (self._native.to_bytes(), self._changed, self._formulas)
 
     def __repr__(self) -> str:
+        bodies = len(self.free_bodies)
+        free = {0: "", 1: "1 free body, "}.get(bodies, f"{bodies} free bodies, ")
         return (
-            f"<lamc.Model {self.name}: {count(len(self.joints), 'joint')}, {count(len(self.loops), 'loop')}, "
-            f"mobility {self.mobility}>"
+            f"<lamc.Model {self.name}: {free}{count(len(self.joints), 'joint')}, "
+            f"{count(len(self.loops), 'loop')}, mobility {self.mobility}>"
         )
 
     def _repr_html_(self) -> str:
@@ -605,10 +632,10 @@ class Model:
             there = ", ".join(self.joints)
             raise _lamc.Error(f"there is no joint {missing}; there are {there}") from None
 
-    def _vector(self, name: str, values: ArrayLike) -> list[float]:
+    def _vector(self, name: str, values: ArrayLike, components: Sequence[str]) -> list[float]:
         vector = numbers(name, values)
-        if vector.shape != (len(self.joints),):
-            raise _lamc.Error(f"`{name}` has the shape {vector.shape}, not ({len(self.joints)},)")
+        if vector.shape != (len(components),):
+            raise _lamc.Error(f"`{name}` has the shape {vector.shape}, not ({len(components)},)")
         found: list[float] = vector.tolist()
         return found
 
@@ -642,19 +669,19 @@ class Model:
         self, q: ArrayLike, u: ArrayLike | None, t: ArrayLike, inputs: Any
     ) -> tuple[_lamc.States, bool]:
         """The arguments as contiguous rows, and whether there was an axis of states."""
-        n = len(self.joints)
+        n, m = len(self.coordinates), len(self.speeds)
         angles = numbers("q", q)
         if inputs is None and isinstance(u, np.ndarray) and isinstance(t, float):
             # One state, as an integrator asks for it: this is most of the time of such a call.
-            if angles.shape == u.shape == (n,) and u.dtype == angles.dtype:
+            if angles.shape == (n,) and u.shape == (m,) and u.dtype == angles.dtype:
                 rows = np.array([t]), np.ascontiguousarray(angles)[None], np.ascontiguousarray(u)[None]
                 return (*rows, self._no_inputs), False
         if angles.ndim not in (1, 2) or angles.shape[-1] != n:
             raise _lamc.Error(f"`q` has the shape {angles.shape}, not ({n},) or (S, {n})")
         held, times = self._held(inputs), numbers("t", t)
-        speeds = np.zeros(n) if u is None else numbers("u", u)
-        if speeds.ndim not in (1, 2) or speeds.shape[-1] != n:
-            raise _lamc.Error(f"`u` has the shape {speeds.shape}, not ({n},) or (S, {n})")
+        speeds = np.zeros(m) if u is None else numbers("u", u)
+        if speeds.ndim not in (1, 2) or speeds.shape[-1] != m:
+            raise _lamc.Error(f"`u` has the shape {speeds.shape}, not ({m},) or (S, {m})")
         if times.ndim > 1:
             raise _lamc.Error(f"`t` has the shape {times.shape}, not () or (S,)")
         if held.ndim > 2:
@@ -673,7 +700,7 @@ class Model:
         return (
             np.ascontiguousarray(np.broadcast_to(times, (rows,))),
             np.ascontiguousarray(np.broadcast_to(angles, (rows, n))),
-            np.ascontiguousarray(np.broadcast_to(speeds, (rows, n))),
+            np.ascontiguousarray(np.broadcast_to(speeds, (rows, m))),
             np.ascontiguousarray(np.broadcast_to(held, (rows, len(self.inputs)))),
         ), any(leading.values())
 

@@ -72,18 +72,18 @@ class Motion:
 
     @property
     def q(self) -> Array:
-        """Angles of the joints (S, N), rad."""
-        return self._shaped("q", len(self.model.joints))
+        """Coordinates (S, NQ): angles of the joints, rad, then those of free bodies (:class:`Model`)."""
+        return self._shaped("q", len(self.model.coordinates))
 
     @property
     def u(self) -> Array:
-        """Speeds of the joints (S, N), rad/s."""
-        return self._shaped("u", len(self.model.joints))
+        """Speeds (S, NU): of the joints, rad/s, then of free bodies."""
+        return self._shaped("u", len(self.model.speeds))
 
     @property
     def acceleration(self) -> Array:
-        """Accelerations of the joints (S, N), rad/s^2."""
-        return self._shaped("acceleration", len(self.model.joints))
+        """du/dt (S, NU)."""
+        return self._shaped("acceleration", len(self.model.speeds))
 
     @property
     def kinetic_energy(self) -> Array:
@@ -134,19 +134,19 @@ class Motion:
     @property
     def events(self) -> list[Crossings]:
         """For each of the ``events`` of :meth:`Model.simulate`, in their order, when its function changed its sign."""
-        n = len(self.model.joints)
+        n, m = len(self.model.coordinates), len(self.model.speeds)
         return [
-            Crossings(t, q.reshape(len(t), n), u.reshape(len(t), n)) for t, q, u in self._native.events()
+            Crossings(t, q.reshape(len(t), n), u.reshape(len(t), m)) for t, q, u in self._native.events()
         ]
 
     def to_pandas(self) -> pandas.DataFrame:
         """Returns a table by time with the columns ``q.joint``, ``u.joint``, ``point.name.x``, ``input.name``,
-        ``kinetic_energy`` and ``potential_energy``."""
+        ``kinetic_energy`` and ``potential_energy``; of free bodies ``q.body.x`` and so on (:attr:`Model.coordinates`)."""
         import pandas
 
-        joints = self.model.joints
-        columns: dict[str, Array] = {f"q.{name}": self.q[:, k] for k, name in enumerate(joints)}
-        columns.update({f"u.{name}": self.u[:, k] for k, name in enumerate(joints)})
+        model = self.model
+        columns: dict[str, Array] = {f"q.{name}": self.q[:, k] for k, name in enumerate(model.coordinates)}
+        columns.update({f"u.{name}": self.u[:, k] for k, name in enumerate(model.speeds)})
         for k, name in enumerate(self.model.points):
             columns.update(
                 {f"point.{name}.{axis}": self.points[:, k, i] for i, axis in enumerate("xyz")}
@@ -157,14 +157,21 @@ class Motion:
         return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t"))
 
     def to_xarray(self) -> xarray.Dataset:
-        """Returns a dataset with the dimensions ``t``, ``joint``, ``point``, ``body`` and ``input``."""
+        """Returns a dataset with the dimensions ``t``, ``joint``, ``point``, ``body`` and ``input``. With free bodies, ``q``
+        has the dimension ``coordinate``, and ``u`` and ``acceleration`` have ``speed``, in place of ``joint``."""
         import xarray
 
+        model = self.model
+        of_q, of_u = ("coordinate", "speed") if model.free_bodies else ("joint", "joint")
+        # Free bodies have other units, too.
+        angles = {} if model.free_bodies else {"units": "rad"}
+        rates = {} if model.free_bodies else {"units": "rad/s"}
+        seconds = {} if model.free_bodies else {"units": "rad/s^2"}
         return xarray.Dataset(
             {
-                "q": (("t", "joint"), self.q, {"units": "rad"}),
-                "u": (("t", "joint"), self.u, {"units": "rad/s"}),
-                "acceleration": (("t", "joint"), self.acceleration, {"units": "rad/s^2"}),
+                "q": (("t", of_q), self.q, angles),
+                "u": (("t", of_u), self.u, rates),
+                "acceleration": (("t", of_u), self.acceleration, seconds),
                 "points": (("t", "point", "axis"), self.points, {"units": "m"}),
                 "rotation": (("t", "body", "row", "column"), self.rotation),
                 "translation": (("t", "body", "axis"), self.translation, {"units": "m"}),
@@ -175,10 +182,11 @@ class Motion:
             },
             coords={
                 "t": ("t", self.t, {"units": "s"}),
-                "joint": self.model.joints,
-                "point": self.model.points,
-                "body": self.model.bodies,
-                "input": self.model.inputs,
+                of_q: model.coordinates,
+                of_u: model.speeds,
+                "point": model.points,
+                "body": model.bodies,
+                "input": model.inputs,
                 "axis": ["x", "y", "z"],
             },
             attrs={"model": self.model.name},

@@ -21,11 +21,11 @@ class Equations:
     several."""
 
     mass: Array
-    """M (N, N), kg m^2."""
+    """M (NU, NU), kg m^2; of free bodies kg m and kg, too."""
     forcing: Array
-    """f (N), N m."""
+    """f (NU), N m; of free bodies N, too."""
     jacobian: Array
-    """J (C, N)."""
+    """J (C, NU)."""
     gamma: Array
     """gamma (C)."""
 
@@ -36,15 +36,15 @@ class Jacobian:
     nothing. A leading axis is that of the states, if there were several."""
 
     acceleration: Array
-    """a (N), rad/s^2."""
+    """a (NU), rad/s^2; of free bodies m/s^2, too."""
     dq: Array
-    """da/dq (N, N), 1/s^2."""
+    """da/dq (NU, NU), 1/s^2."""
     du: Array
-    """da/du (N, N), 1/s."""
+    """da/du (NU, NU), 1/s."""
     dt: Array
-    """da/dt (N), rad/s^3."""
+    """da/dt (NU), rad/s^3."""
     dinputs: Array
-    """da/di (N, inputs): rad/s^2 per unit of each input, SI. Prescribed angles that depend on an input are kept."""
+    """da/di (NU, inputs): rad/s^2 per unit of each input, SI. Prescribed angles that depend on an input are kept."""
 
 
 @dataclass(frozen=True)
@@ -52,15 +52,19 @@ class Equilibrium:
     """A state of rest."""
 
     q: Array
-    """Angles (N), rad."""
+    """q (NQ)."""
     stable: bool
     """Whether it is both statically and dynamically stable."""
     statically_stable: bool
     """Whether every small displacement is opposed."""
     dynamically_stable: bool
     """Whether no small motion grows."""
+    neutral: bool
+    """Whether some small displacements are not opposed and none grows: a robot that stands on the ground can be pushed along
+    it."""
     force: float
-    """The largest remaining generalised force along the closure, N m."""
+    """The largest remaining generalised force along the closure, N m; a force on a free body counts with the mechanism's
+    size as its arm."""
     potential_energy: float
     """J."""
     iterations: int
@@ -69,7 +73,8 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Modes:
-    """Small motions about a state of rest: dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z.
+    """Small motions about a state of rest: dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z;
+    of free bodies, T z are steps along their speeds.
 
     z are the d directions in which the loops let the joints move there: as many as the mobility, more in a singular state,
     fewer where joints are driven. T is scaled so that the mass matrix of z is the identity.
@@ -84,13 +89,13 @@ class Modes:
     eigenvalue: NDArray[np.complex128]
     """Eigenvalues of A (modes), 1/s; of a pair the upper one."""
     shape: NDArray[np.complex128]
-    """The joints' part in each mode (modes, N), the largest made 1."""
+    """The part of each speed in each mode (modes, NU), the largest made 1."""
     a: Array
     """A (2 d, 2 d)."""
     b: Array
     """B (2 d, inputs)."""
     basis: Array
-    """T (N, d)."""
+    """T (NU, d)."""
 
 
 @dataclass(frozen=True)

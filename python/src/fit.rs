@@ -25,6 +25,7 @@ impl Program {
         initial: Vec<(usize, f64)>,
         from_rest: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
+        self.interface().without_free("fits").map_err(error)?;
         let mut system = self.system();
         let parameters = &self.interface().parameters;
         let index = |name: &String| {

@@ -4,6 +4,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 
 use lamc::pipeline::Compiled;
+use lamc::source::free::{COORDINATES, SPEEDS};
 use lamc_runtime::{Energy, State};
 use lamc_workbench::motion::{Course, Motion as Recorded, Pose, Sample};
 use lamc_workbench::page;
@@ -61,11 +62,12 @@ struct Arrays<'py> {
 }
 
 impl Arrays<'_> {
-    /// The samples, each with as many joints, points, bodies and contact points as a motion.
+    /// The samples, each with as many joints, free bodies, points, bodies and contact points as a motion.
     fn samples(&self, motion: &Recorded) -> PyResult<Vec<Sample>> {
-        let Recorded { joints, points, bodies, contacts, .. } = motion;
-        let [joints, points, bodies, contacts] =
-            [joints.len(), points.len(), bodies.len(), contacts.len()];
+        let Recorded { joints, free, points, bodies, contacts, .. } = motion;
+        let [joints, free, points, bodies, contacts] =
+            [joints, free, points, bodies, contacts].map(Vec::len);
+        let [coordinates, speeds] = [COORDINATES, SPEEDS].map(|width| joints + width * free);
         let t = self.t.as_slice()?;
         let rows = |array: &PyReadonlyArray1<'_, f64>, width: usize| {
             let numbers = array.as_slice()?;
@@ -74,8 +76,11 @@ impl Arrays<'_> {
                 false => Err(error("the arrays of the motion do not fit its model")),
             }
         };
-        let (q, u, acceleration) =
-            (rows(&self.q, joints)?, rows(&self.u, joints)?, rows(&self.acceleration, joints)?);
+        let (q, u, acceleration) = (
+            rows(&self.q, coordinates)?,
+            rows(&self.u, speeds)?,
+            rows(&self.acceleration, speeds)?,
+        );
         let [kinetic, potential, closure] =
             [rows(&self.kinetic, 1)?, rows(&self.potential, 1)?, rows(&self.closure, 1)?];
         let (places, poses) = (rows(&self.points, 3 * points)?, rows(&self.poses, 12 * bodies)?);
@@ -84,9 +89,9 @@ impl Arrays<'_> {
             |numbers: &[f64], row: usize, width: usize| numbers[row * width..][..width].to_vec();
         let sample = |(row, &t): (usize, &f64)| Sample {
             t,
-            q: of(&q, row, joints),
-            u: of(&u, row, joints),
-            acceleration: of(&acceleration, row, joints),
+            q: of(&q, row, coordinates),
+            u: of(&u, row, speeds),
+            acceleration: of(&acceleration, row, speeds),
             energy: Energy { kinetic: kinetic[row], potential: potential[row] },
             closure: closure[row],
             points: of(&places, row, 3 * points).as_chunks().0.to_vec(),

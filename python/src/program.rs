@@ -7,7 +7,7 @@ use lamc::laminate::verdicts;
 use lamc::pipeline::Compiled;
 use lamc::program::{Executable, Interface};
 use lamc::source::Severity;
-use lamc_runtime::Error as RuntimeError;
+use lamc_runtime::{Error as RuntimeError, Mechanism as _};
 use lamc_workbench::check;
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
@@ -60,7 +60,6 @@ impl Program {
     #[new]
     fn new(bytes: &[u8]) -> PyResult<Self> {
         let compiled = Compiled::from_bytes(bytes).map_err(error)?;
-        compiled.program.interface.without_free("programs in Python").map_err(error)?;
         let system = Mutex::new(Executable::new(&compiled.program));
         Ok(Self { compiled: Arc::new(compiled), system })
     }
@@ -81,6 +80,12 @@ impl Program {
             "joint_bodies",
             joints.clone().map(|joint| &joint.bodies).collect::<Vec<_>>(),
         )?;
+        let free = interface.free.iter();
+        about.set_item("free_bodies", free.map(|body| &body.name).collect::<Vec<_>>())?;
+        let coordinates = interface.coordinate_columns().map(|(name, _)| name);
+        about.set_item("coordinates", coordinates.collect::<Vec<_>>())?;
+        let speeds = interface.speed_columns().map(|(name, _)| name);
+        about.set_item("speeds", speeds.collect::<Vec<_>>())?;
         // Of the mechanism whose loops were made exact.
         let hinges = self.compiled.topology.mechanism.joints.iter();
         let origins = hinges.clone().map(|joint| <[f64; 3]>::from(joint.point));
@@ -89,14 +94,9 @@ impl Program {
         about.set_item("hinge_axes", axes.collect::<Vec<_>>())?;
         about.set_item("limits", joints.clone().map(|joint| joint.limits).collect::<Vec<_>>())?;
         about.set_item("driven", joints.clone().map(|joint| joint.driven).collect::<Vec<_>>())?;
-        about.set_item(
-            "initial_q",
-            joints.clone().map(|joint| joint.initial_q).collect::<Vec<_>>(),
-        )?;
-        about.set_item(
-            "initial_u",
-            joints.clone().map(|joint| joint.initial_u).collect::<Vec<_>>(),
-        )?;
+        let start = self.system().initial();
+        about.set_item("initial_q", start.q)?;
+        about.set_item("initial_u", start.u)?;
         about.set_item("pinned", joints.map(|joint| joint.initial_given).collect::<Vec<_>>())?;
         about.set_item(
             "bodies",

@@ -1,7 +1,8 @@
 //! Closed states, states of rest, and small motions about them.
 
-use lamc_runtime::{Mechanism as _, State, Stopped, equilibrium};
+use lamc_runtime::{Mechanism as _, State};
 use lamc_workbench::linear::{Motions, Stability};
+use lamc_workbench::rest::Rest;
 use lamc_workbench::simulation::{Asked, start};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -47,28 +48,22 @@ impl Program {
     ) -> PyResult<Bound<'py, PyDict>> {
         let system = self.system_with(&inputs)?;
         let compiled = self.compiled.clone();
-        let mut state = State { t, u: vec![0.0; q.len()], q };
-        let found = interruptible(py, move || {
-            let found = equilibrium(&system, t, &mut state.q, &mut system.workspace())?;
-            let q = state.q.clone();
-            let energy = system.energy(t, &state.q, &state.u)?;
-            let mut resting = Stopped::new(system);
-            resting.resolve_impacts(&mut state)?;
-            let mechanism = &compiled.topology.mechanism;
-            let motions = Motions::about(mechanism, &resting, &state, found.stable)?;
-            Ok((found, q, energy, motions))
-        });
-        let (found, q, energy, motions) = found?.map_err(|failure| self.failure(&failure))?;
+        let state = State { t, u: system.speeds(), q };
+        let rest =
+            interruptible(py, move || Rest::new(&compiled.topology.mechanism, system, state));
+        let Rest { found, state, potential, motions, .. } =
+            rest?.map_err(|failure| self.failure(&failure))?;
         let Motions { linear, modes, stability, warnings, .. } = motions;
-        let Stability { stable, statically_stable, dynamically_stable } = stability;
+        let Stability { stable, statically_stable, dynamically_stable, neutral } = stability;
         let about = PyDict::new(py);
-        about.set_item("q", array(py, &q))?;
+        about.set_item("q", array(py, &state.q))?;
         about.set_item("force", found.force)?;
         about.set_item("iterations", found.iterations)?;
-        about.set_item("potential_energy", energy.potential)?;
+        about.set_item("potential_energy", potential)?;
         about.set_item("stable", stable)?;
         about.set_item("statically_stable", statically_stable)?;
         about.set_item("dynamically_stable", dynamically_stable)?;
+        about.set_item("neutral", neutral)?;
         about.set_item("warnings", warnings)?;
         about.set_item("basis", &linear.basis)?;
         about.set_item("a", &linear.a)?;

@@ -72,13 +72,13 @@ fn each<'py>(
     mut evaluate: impl FnMut(&Jit, &State<'_>, &mut [f64], &mut [Vec<f64>]) -> Result<(), Halt> + Send,
 ) -> PyResult<Outputs<'py>> {
     let mut system = program.system();
-    let (n, inputs) = (system.dimensions().coordinates, system.inputs().len());
+    let (d, inputs) = (system.dimensions(), system.inputs().len());
     let (t, q, u) = (states.t.as_slice()?, states.q.as_slice()?, states.u.as_slice()?);
     let held = states.inputs.as_slice()?;
     let count = t.len();
     for (name, given, expected) in [
-        ("q", q.len(), count * n),
-        ("u", u.len(), count * n),
+        ("q", q.len(), count * d.coordinates),
+        ("u", u.len(), count * d.speeds),
         ("inputs", held.len(), count * inputs),
     ] {
         if given != expected {
@@ -98,7 +98,9 @@ fn each<'py>(
             if inputs > 0 {
                 system.set_inputs(&held[row * inputs..][..inputs]);
             }
-            let state = State { row, t: t[row], q: &q[row * n..][..n], u: &u[row * n..][..n] };
+            let q = &q[row * d.coordinates..][..d.coordinates];
+            let u = &u[row * d.speeds..][..d.speeds];
+            let state = State { row, t: t[row], q, u };
             evaluate(&system, &state, &mut room, &mut outputs).map_err(|halt| match halt {
                 Halt::Failed(failure) => {
                     error(format_args!("state {row}: {}", describe(&failure, program.interface())))
@@ -141,10 +143,10 @@ fn solve(
 
 #[pymethods]
 impl Program {
-    /// du/dt, N.
+    /// du/dt, NU.
     fn acceleration<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
         let d = self.system().dimensions();
-        let n = d.coordinates;
+        let n = d.speeds;
         each(py, self, &states, &[n], |system, state, room, out| {
             let rates = &mut out[0][state.row * n..][..n];
             let found = lamc_runtime::acceleration(system, state.t, state.q, state.u, room, rates)?;
@@ -155,18 +157,18 @@ impl Program {
         })
     }
 
-    /// du/dt, N; the multipliers, C + D; the reactions, 6 N.
+    /// du/dt, NU; the multipliers, C + D; the reactions of N joints, 6 N.
     fn reactions<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
         let d = self.system().dimensions();
-        let (n, m) = (d.coordinates, d.rows + d.drives);
-        each(py, self, &states, &[n, m, 6 * n], |system, state, room, out| {
+        let (n, m, width) = (d.speeds, d.rows + d.drives, 6 * d.joints);
+        each(py, self, &states, &[n, m, width], |system, state, room, out| {
             let [rates, forces, reactions] = out else { return Ok(()) };
             let rates = &mut rates[state.row * n..][..n];
             let forces = &mut forces[state.row * m..][..m];
             solve(system, state, room, rates, forces)?;
             let State { t, q, u, .. } = *state;
             let at = Balance { t, q, u, acceleration: rates, multipliers: &forces[..d.rows] };
-            Ok(system.write_reactions(at, &mut reactions[state.row * 6 * n..][..6 * n])?)
+            Ok(system.write_reactions(at, &mut reactions[state.row * width..][..width])?)
         })
     }
 
@@ -179,10 +181,10 @@ impl Program {
         })
     }
 
-    /// M, N x N; f, N; J, C x N; gamma, C.
+    /// M, NU x NU; f, NU; J, C x NU; gamma, C.
     fn equations<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
         let d = self.system().dimensions();
-        let (n, c) = (d.coordinates, d.rows);
+        let (n, c) = (d.speeds, d.rows);
         each(py, self, &states, &[n * n, n, c * n, c], |system, state, _, out| {
             let [mass, forcing, jacobian, gamma] = out else { return Ok(()) };
             let out = EquationsMut {
@@ -195,10 +197,10 @@ impl Program {
         })
     }
 
-    /// The closure residual, 9 L; its derivatives by q, 9 L x N.
+    /// The closure residual, 9 L; its derivatives by q, 9 L x NU.
     fn closure<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
         let d = self.system().dimensions();
-        let (n, rows) = (d.coordinates, 9 * d.loops);
+        let (n, rows) = (d.speeds, 9 * d.loops);
         each(py, self, &states, &[rows, rows * n], |system, state, _, out| {
             let [residual, jacobian] = out else { return Ok(()) };
             let residual = &mut residual[state.row * rows..][..rows];
@@ -207,9 +209,9 @@ impl Program {
         })
     }
 
-    /// du/dt, N; its derivatives by q, N x N, by u, N x N, and by t, N.
+    /// du/dt, NU; its derivatives by q, NU x NU, by u, NU x NU, and by t, NU.
     fn jacobian<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
-        let n = self.system().dimensions().coordinates;
+        let n = self.system().dimensions().speeds;
         each(py, self, &states, &[n, n * n, n * n, n], |system, state, room, out| {
             let [acceleration, dq, du, dt] = out else { return Ok(()) };
             let out = JacobianMut {
@@ -222,10 +224,10 @@ impl Program {
         })
     }
 
-    /// du/dt, N; its derivatives by each input, I x N.
+    /// du/dt, NU; its derivatives by each input, I x NU.
     fn by_inputs<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
         let system = self.system();
-        let (n, inputs) = (system.dimensions().coordinates, system.inputs().len());
+        let (n, inputs) = (system.dimensions().speeds, system.inputs().len());
         let (still, parameters) = (vec![0.0; n], vec![0.0; system.parameters().len()]);
         let units: Vec<Vec<f64>> = (0..inputs)
             .map(|k| (0..inputs).map(|j| f64::from(u8::from(j == k))).collect())
@@ -252,10 +254,11 @@ impl Program {
         step: f64,
         steps: usize,
     ) -> PyResult<Outputs<'py>> {
-        let n = self.system().dimensions().coordinates;
+        let d = self.system().dimensions();
+        let (n, m) = (d.coordinates, d.speeds);
         let mut integrator = Rk4::new(&self.system());
         let mut since = 0;
-        each(py, self, &states, &[n, n], |system, state, _, out| {
+        each(py, self, &states, &[n, m], |system, state, _, out| {
             let mut moved =
                 lamc_runtime::State { t: state.t, q: state.q.to_vec(), u: state.u.to_vec() };
             for _ in 0..steps {
@@ -267,7 +270,7 @@ impl Program {
                 integrator.step(system, &mut moved, step)?;
             }
             out[0][state.row * n..][..n].copy_from_slice(&moved.q);
-            out[1][state.row * n..][..n].copy_from_slice(&moved.u);
+            out[1][state.row * m..][..m].copy_from_slice(&moved.u);
             Ok(())
         })
     }
@@ -278,6 +281,17 @@ impl Program {
             let (q, u) = (state.q.to_vec(), state.u.to_vec());
             let energy = system.energy(state.t, &q, &u)?;
             out[0][state.row * 2..][..2].copy_from_slice(&[energy.kinetic, energy.potential]);
+            Ok(())
+        })
+    }
+
+    /// Centre of mass, linear and angular momentum of a mechanism with a free body, 9.
+    fn momentum<'py>(&self, py: Python<'py>, states: States<'py>) -> PyResult<Outputs<'py>> {
+        each(py, self, &states, &[9], |system, state, _, out| {
+            let (q, u) = (state.q.to_vec(), state.u.to_vec());
+            let found = system.momentum(&q, &u)?;
+            let numbers = [found.centre, found.linear, found.angular];
+            out[0][state.row * 9..][..9].copy_from_slice(numbers.as_flattened());
             Ok(())
         })
     }

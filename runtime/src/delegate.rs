@@ -1,7 +1,7 @@
 //! Mechanisms that forward to another mechanism and may add driven joints.
 
 use crate::plumbing::{
-    Balance, Change, Dimensions, Drive, EquationsMut, JacobianMut, Margin, ProjectionMut,
+    Balance, Change, Dimensions, Drive, EquationsMut, GapsMut, JacobianMut, Margin, ProjectionMut,
 };
 use crate::{Energy, Error, Mechanism, StateOf};
 
@@ -128,6 +128,14 @@ impl<D: Delegate> Mechanism for D {
         out: &mut [Self::Scalar],
     ) -> Result<(), Error> {
         self.inner().write_contacts(t, q, u, out)
+    }
+    fn write_gaps(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        out: GapsMut<'_, Self::Scalar>,
+    ) -> Result<(), Error> {
+        self.inner().write_gaps(t, q, out)
     }
     fn write_reactions(
         &self,

@@ -16,6 +16,7 @@
 //! closure. A joint that reaches a limit is held there as long
 //! as the stop pushes.
 
+use crate::free_body::extent;
 use crate::linear::{add_scaled, dot, factor, max_abs, reflect, solve, tolerance};
 use crate::linearised::Linearised;
 use crate::projection::project_to_rounding;
@@ -23,14 +24,13 @@ use crate::{Arithmetic, Error, Mechanism, Scalar, Stopped};
 
 /// Steps at most.
 const ITERATIONS: usize = 400;
-/// Longest step of a joint, rad: longer ones jump to another branch.
+/// Longest step ([`extent`]): longer ones jump to another branch.
 const LONGEST: f64 = 0.2;
 
-/// Steps of joints up to this length, rad, may rely on the force alone: where the work they do is
-/// lost in rounding.
+/// Steps up to this length may rely on the force alone: where the work they do is lost in rounding.
 const SHORT: f64 = 1e-5;
 
-/// Newton's steps of this length, rad, that do no better are rounding.
+/// Newton's steps of this length that do no better are rounding.
 const NOISE: f64 = 1e-8;
 
 /// A state of rest.
@@ -40,13 +40,14 @@ const NOISE: f64 = 1e-8;
 pub struct Equilibrium<S> {
     /// Steps taken.
     pub iterations: usize,
-    /// Largest remaining generalised force along the closure, N m.
+    /// Largest remaining generalised force along the closure, N m; a force on a free body counts with the
+    /// mechanism's size as its arm.
     pub force: S,
     /// Whether the equilibrium is statically stable: the potential has a minimum there.
     pub stable: bool,
 }
 
-/// Moves `q` (NQ, rad) along decreasing potential to an equilibrium at t (s); `q` should be nearly
+/// Moves `q` (NQ) along decreasing potential to an equilibrium at t (s); `q` should be nearly
 /// closed. Driven joints have their prescribed angles at t. On failure `q` is unchanged.
 ///
 /// # Errors
@@ -105,7 +106,7 @@ struct Search<'a, 'w, Y: Mechanism> {
 struct Unrest<S> {
     /// a^T M a, the square of the force measured by M.
     square: S,
-    /// Largest component of M a, N m.
+    /// As [`Equilibrium::force`].
     force: S,
     /// Directions along the closure.
     freedoms: usize,
@@ -224,7 +225,10 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
             *force = dot(direction, covector);
         }
         linear.along_directions(u.as_ref(), directions, false, stiffness.as_mut())?;
-        Ok(Unrest { square, force: max_abs(covector), freedoms })
+        // A force times the size is a moment.
+        let one = Y::Scalar::ONE;
+        let force = extent(self.covector.as_ref(), system.dimensions().joints, one / system.size());
+        Ok(Unrest { square, force, freedoms })
     }
 
     /// Returns the work of the force from a state to q, J (by the trapezoidal rule).
@@ -238,7 +242,7 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
             .fold(Y::Scalar::ZERO, |sum, (&moved, (&now, &then))| sum + moved * (now + then))
     }
 
-    /// The step of this weight; its largest component.
+    /// The step of this weight; its [`extent`].
     fn solve(
         &mut self,
         freedoms: usize,
@@ -261,7 +265,7 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
         for (k, &part) in parts.iter().enumerate() {
             add_scaled(step, part, &self.basis.as_ref()[k * n..(k + 1) * n]);
         }
-        max_abs(step)
+        extent(step, self.system.dimensions().joints, self.system.size())
     }
 
     /// Takes the step, as far as limits allow; whether it ended at one.

@@ -78,6 +78,20 @@ pub fn normalise<S: Arithmetic>(q: &mut [S], joints: usize) {
     }
 }
 
+/// The largest component of a step or of speeds: of angles in rad, and of the translations of free bodies over a
+/// length, m.
+pub fn extent<S: Arithmetic>(step: &[S], joints: usize, length: S) -> S {
+    let (angles, bodies) = step.split_at(joints);
+    let largest = |parts: &[S], unit: S| {
+        parts.iter().fold(S::ZERO, |most, &part| most.max((part / unit).abs()))
+    };
+    let bodies = bodies.as_chunks::<SPEEDS>().0.iter();
+    bodies.fold(largest(angles, S::ONE), |most, body| {
+        let (translation, turn) = body.split_at(SPEEDS / 2);
+        most.max(largest(translation, length)).max(largest(turn, S::ONE))
+    })
+}
+
 /// Hamilton's product of two quaternions w x y z.
 fn product<S: Arithmetic>(a: [S; 4], b: [S; 4]) -> [S; 4] {
     [

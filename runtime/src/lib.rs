@@ -12,6 +12,7 @@
 //! | derivatives of du/dt, linear motion about rest | [`jacobian()`], [`derivatives_along`], [`linearize`] |
 //! | motion | [`Dopri5`] (adaptive), [`Rodas`] (adaptive, for stiff hinges), [`Rk4`], [`SemiImplicitEuler`] |
 //! | motion between stops | [`Stopped`] |
+//! | motion with rigid contacts and stops, at fixed steps | [`Rigid`] |
 //! | several designs or motions at once | [`Batch`] |
 //!
 //! Vectors are the caller's slices, temporaries live in a workspace of [`workspace_len`](plumbing::workspace_len) numbers.
@@ -119,6 +120,7 @@ mod sin_cos;
 mod state;
 mod stops;
 pub mod table;
+mod unilateral;
 mod workspace;
 
 pub use acceleration::{Constraint, acceleration, acceleration_and_forces, acceleration_in_motion};
@@ -127,7 +129,7 @@ pub use assembly::{Assembly, assemble};
 pub use batch::{Batch, LaneError, Lanes, StatesOf};
 pub use equilibrium::{Equilibrium, equilibrium};
 pub use error::Error;
-pub use integrate::{Dopri5, Integrator, Rk4, Rodas, SemiImplicitEuler, Stabilisation};
+pub use integrate::{Dopri5, Integrator, Rigid, Rk4, Rodas, SemiImplicitEuler, Stabilisation};
 pub use jacobian::{Change, JacobianMut, derivatives_along, jacobian};
 pub use linearization::{LinearizationMut, linearize};
 pub use mechanism::{Energy, Mechanism, Momentum};

@@ -8,7 +8,7 @@
 use crate::acceleration::direct;
 use crate::assembly::assemble_pinned;
 use crate::plumbing::{
-    Balance, Change, Dimensions, Drive, EquationsMut, JacobianMut, Margin, ProjectionMut,
+    Balance, Change, Dimensions, Drive, EquationsMut, GapsMut, JacobianMut, Margin, ProjectionMut,
 };
 use crate::{Equilibrium, Error, Rk4, Scalar, StateOf, acceleration, equilibrium, project};
 
@@ -229,6 +229,22 @@ pub trait Mechanism: Sized {
     ) -> Result<(), Error> {
         let _ = (t, q, u);
         if out.is_empty() { Ok(()) } else { Err(Error::LeftOut { function: "contacts" }) }
+    }
+
+    /// The gap between each contact point and its plane, and how it changes with u: what [`Rigid`](crate::Rigid) needs.
+    /// Provided: the module has no contacts, or was written without this function.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`], [`Error::LeftOut`].
+    fn write_gaps(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        out: GapsMut<'_, Self::Scalar>,
+    ) -> Result<(), Error> {
+        let _ = (t, q);
+        if out.gap.is_empty() { Ok(()) } else { Err(Error::LeftOut { function: "gaps" }) }
     }
 
     /// Per joint the force (N) and the moment about the first point of the hinge line (N m) by

@@ -87,6 +87,21 @@ pub struct ProjectionMut<'a, S> {
     pub speeds: &'a mut [S],
 }
 
+/// Where [`write_gaps`](crate::Mechanism::write_gaps) writes, for K contact points. Matrices are row-major.
+#[derive(Debug)]
+pub struct GapsMut<'a, S> {
+    /// The height of each point over its plane, then how far it lies within the edges and the back of the plate
+    /// that carries the plane, K x 2, m.
+    pub gap: &'a mut [S],
+    /// The coefficient of friction, K.
+    pub friction: &'a mut [S],
+    /// The unit normal of the plane in the base frame, K x 3.
+    pub normal: &'a mut [S],
+    /// The velocity of each point relative to the body of the plane in the base frame is these rows times u,
+    /// 3 K x NU, m.
+    pub rows: &'a mut [S],
+}
+
 /// How far results of a straight-line elimination can be trusted: not at all where a number is
 /// not positive, or is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]

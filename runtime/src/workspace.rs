@@ -1,6 +1,7 @@
 //! Size and division of the workspace of the algorithms.
 
 use crate::plumbing::Dimensions;
+use crate::unilateral::unilateral_len;
 use crate::{Error, Mechanism};
 
 /// Length of a workspace that is sufficient for every algorithm of this crate, with any number of
@@ -20,9 +21,17 @@ use crate::{Error, Mechanism};
 /// * assembly: residuals and their Jacobian r + r N; the normal equations and their factor 2 N N;
 ///   seven vectors 7 N and five of coordinates 5 NQ;
 /// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
-///   4 c and two of coordinates 2 N; directions P + I.
+///   4 c and two of coordinates 2 N; directions P + I;
+/// * rigid contacts: 3 N and some 20 numbers for each contact point; for mechanisms without, never the largest.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
-    needed(Dimensions { drives: dimensions.drives + dimensions.joints, ..dimensions })
+    let with_stops =
+        needed(Dimensions { drives: dimensions.drives + dimensions.joints, ..dimensions });
+    greater(with_stops, rigid_len(dimensions))
+}
+
+/// Length of the storage of [`Rigid`](crate::Rigid) beside a workspace.
+pub(crate) const fn rigid_len(dimensions: Dimensions) -> usize {
+    unilateral_len(dimensions) + 2 * dimensions.speeds
 }
 
 /// Length that is needed without further joints at a stop.
@@ -77,4 +86,24 @@ pub(crate) fn check<Y: Mechanism>(
         }
     }
     Ok(dimensions)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Firmware without contacts has no room for them.
+    #[test]
+    fn contacts_cost_room_only_where_there_are_some() {
+        for joints in 1..40 {
+            for (loops, rows) in [(0, 0), (1, 3), (1, 6), (3, 18)] {
+                let d = Dimensions { loops, rows, ..Dimensions::of_joints(joints) };
+                let stops = Dimensions { drives: joints, ..d };
+                assert_eq!(workspace_len(d), needed(stops));
+                let free =
+                    Dimensions { coordinates: joints + 7, speeds: joints + 6, contacts: 8, ..d };
+                assert!(workspace_len(free) >= rigid_len(free));
+            }
+        }
+    }
 }

@@ -44,7 +44,7 @@ pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Our examples; those of the paper, which `generated` has modules of, first.
+/// Our examples that are bolted to the bench; those of the paper, which `generated` has modules of, first.
 pub const EXAMPLES: [&str; 9] = [
     "pendulum",
     "triple_pendulum",
@@ -57,8 +57,12 @@ pub const EXAMPLES: [&str; 9] = [
     "fold/pop_up",
 ];
 
+/// Our examples with free bodies, contacts, motors and springs.
+pub const ROBOTS: [&str; 2] = ["crawler", "jumper"];
+
 /// The examples that `generated` has modules of.
-pub const MODULES: &[&str] = EXAMPLES.split_at(4).0;
+pub const MODULES: [&str; 6] =
+    ["pendulum", "triple_pendulum", "fourbar", "sixbar", "crawler", "jumper"];
 
 /// Compiles a file, or panics with its diagnostics.
 pub fn compile(path: &Path) -> Compiled {

@@ -22,6 +22,7 @@ pub mod page;
 pub mod picture;
 pub mod reading;
 pub mod reference;
+pub mod rest;
 pub mod scene;
 pub mod simulation;
 pub mod sweep;

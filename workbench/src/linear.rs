@@ -11,6 +11,7 @@ use std::fmt::Write;
 
 use lamc::arithmetic::largest;
 use lamc::laminate::{Kink, Mechanism, kinks};
+use lamc::source::Expression;
 use lamc_runtime::{Error, LinearizationMut, Mechanism as _, State, Stopped, linearize, project};
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
@@ -27,10 +28,10 @@ const RK4_REACH: f64 = 4.0;
 /// Resolution of the search for the limit.
 const RK4_STEPS: usize = 4000;
 
-/// dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z.
+/// dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z; of free bodies, T z are steps along their speeds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Linear {
-    /// T, N x d.
+    /// T, NU x d: a row for each speed.
     pub basis: Vec<Vec<f64>>,
     /// A, 2 d x 2 d.
     pub a: Vec<Vec<f64>>,
@@ -47,7 +48,7 @@ pub struct Mode {
     pub frequency: f64,
     /// 1: just no oscillation; more: two modes without; less than 0: it grows.
     pub damping_ratio: f64,
-    /// Of the joints, the largest made 1: real and imaginary parts.
+    /// Of the speeds, the largest made 1: real and imaginary parts.
     pub shape: Vec<[f64; 2]>,
 }
 
@@ -60,6 +61,9 @@ pub struct Stability {
     pub statically_stable: bool,
     /// No small motion grows.
     pub dynamically_stable: bool,
+    /// The potential is at no maximum or saddle either: some small displacements change it by rounding only, as
+    /// when a robot is pushed along the ground that it stands on. No small motion grows.
+    pub neutral: bool,
 }
 
 /// A kink of a law, as in JSON.
@@ -115,8 +119,9 @@ impl Motions {
             for side in [-1.0, 1.0].into_iter().filter(|_| is_decided) {
                 let mut beside = state.clone();
                 let reach = side * Kink::REACH;
-                beside.q.iter_mut().zip(&kink.direction).for_each(|(q, by)| *q += reach * by);
+                let step: Vec<f64> = kink.direction.iter().map(|by| reach * by).collect();
                 let State { t, q, u } = &mut beside;
+                system.advance(q, &step);
                 project(system, *t, q, u, &mut system.workspace())?;
                 let there = self::linear(system, &beside)?;
                 is_static &= there.least_stiffness() > 1.0;
@@ -124,12 +129,14 @@ impl Motions {
             }
         }
         warnings.extend(friction_at_rest(mechanism, settings.0));
+        let is_flat = found.is_empty() && linear.least_stiffness() >= -1.0;
         let kinks = found.into_iter().map(|Kink { law, by_speed, derivatives, .. }| KinkReport {
             law,
             by: if by_speed { "u" } else { "q" },
             slopes: derivatives,
         });
         let stability = Stability {
+            neutral: !is_static && is_dynamic && is_flat,
             stable: is_static && is_dynamic,
             statically_stable: is_static,
             dynamically_stable: is_dynamic,
@@ -139,10 +146,13 @@ impl Motions {
 
     /// Static and dynamic stability, a line each.
     pub fn lines(&self) -> String {
-        let Stability { statically_stable, dynamically_stable, .. } = self.stability;
-        let mut text = match statically_stable {
-            true => "statically stable: every small displacement is opposed\n",
-            false => "statically unstable: a small displacement is not opposed\n",
+        let Stability { statically_stable, dynamically_stable, neutral, .. } = self.stability;
+        let mut text = match (statically_stable, neutral) {
+            (true, _) => "statically stable: every small displacement is opposed\n",
+            (_, true) => {
+                "statically neutral: a small displacement is not opposed, and none grows\n"
+            }
+            _ => "statically unstable: a small displacement is not opposed\n",
         }
         .to_owned();
         let growth = |mode: &&Mode| mode.eigenvalue[0];
@@ -171,7 +181,7 @@ impl Motions {
 }
 
 impl Linear {
-    /// The directions of z, by joint, their largest component 1.
+    /// The directions of z, by speed, their largest component 1.
     fn directions(&self) -> Vec<Vec<f64>> {
         let freedoms = self.a.len() / 2;
         let direction = |k: usize| {
@@ -237,14 +247,16 @@ fn grows(linear: &Linear, modes: &[Mode]) -> bool {
     })
 }
 
-/// Friction is smoothed: at rest it is a damper, and nothing sticks. A sentence for each joint with friction.
+/// Friction is smoothed: at rest it is a damper, and nothing sticks. A sentence for each joint and each contact with
+/// friction.
 fn friction_at_rest<'a>(
     mechanism: &'a Mechanism,
     parameters: &'a [f64],
 ) -> impl Iterator<Item = String> + 'a {
-    mechanism.joints.iter().filter_map(|joint| {
+    let acts = |law: &Expression| law.at(parameters).filter(|value| *value > 0.0);
+    let joints = mechanism.joints.iter().filter_map(move |joint| {
         let friction = joint.friction.as_ref()?;
-        let torque = friction.torque.at(parameters).filter(|torque| *torque > 0.0)?;
+        let torque = acts(&friction.torque)?;
         Some(format!(
             "the friction of `{}` acts at rest as a damper of {:.3e} N m s/rad: this is valid \
              for speeds well below {:.3} deg/s",
@@ -252,7 +264,17 @@ fn friction_at_rest<'a>(
             torque / friction.speed,
             friction.speed.to_degrees()
         ))
-    })
+    });
+    joints.chain(mechanism.contacts.iter().filter_map(move |contact| {
+        let friction = acts(&contact.friction)?;
+        Some(format!(
+            "the friction of the contact `{}` acts at rest as a damper of {:.3e} s/m times the normal force: this \
+             is valid for points that slide well below {:.3} mm/s",
+            contact.name,
+            friction / contact.slip_speed,
+            contact.slip_speed * 1e3
+        ))
+    }))
 }
 
 /// The motion about a state of rest.
@@ -261,7 +283,7 @@ fn friction_at_rest<'a>(
 /// Those of [`linearize`].
 pub fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Linear, Error> {
     let dimensions = system.dimensions();
-    let n = dimensions.coordinates;
+    let n = dimensions.speeds;
     let (mut basis, mut stiffness, mut damping) =
         (vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n * n]);
     let mut inputs = vec![0.0; n * dimensions.inputs];
@@ -288,7 +310,7 @@ pub fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Lin
     b.extend(
         (0..d).map(|row| inputs[row * dimensions.inputs..(row + 1) * dimensions.inputs].to_vec()),
     );
-    let basis = (0..n).map(|joint| (0..d).map(|k| basis[k * n + joint]).collect()).collect();
+    let basis = (0..n).map(|speed| (0..d).map(|k| basis[k * n + speed]).collect()).collect();
     Ok(Linear { basis, a, b })
 }
 
@@ -330,7 +352,7 @@ fn balanced_eigenvalues(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
     scaled.complex_eigenvalues().iter().copied().collect()
 }
 
-/// The joints' part in a mode, by inverse iteration.
+/// The part of the speeds in a mode, by inverse iteration.
 fn shape(a: &DMatrix<f64>, value: Complex<f64>, linear: &Linear) -> Vec<[f64; 2]> {
     let size = a.nrows();
     let scale = a.norm().max(f64::MIN_POSITIVE);
@@ -349,14 +371,14 @@ fn shape(a: &DMatrix<f64>, value: Complex<f64>, linear: &Linear) -> Vec<[f64; 2]
             }
         }
     }
-    let joints: Vec<Complex<f64>> = linear
+    let parts: Vec<Complex<f64>> = linear
         .basis
         .iter()
         .map(|row| row.iter().zip(vector.iter()).map(|(&t, &z)| z * t).sum())
         .collect();
-    let largest = joints.iter().copied().max_by(|x, y| x.norm().total_cmp(&y.norm()));
+    let largest = parts.iter().copied().max_by(|x, y| x.norm().total_cmp(&y.norm()));
     match largest.filter(|largest| largest.norm() > 0.0) {
-        Some(largest) => joints.iter().map(|x| x / largest).map(|x| [x.re, x.im]).collect(),
-        None => joints.iter().map(|_| [0.0, 0.0]).collect(),
+        Some(largest) => parts.iter().map(|x| x / largest).map(|x| [x.re, x.im]).collect(),
+        None => parts.iter().map(|_| [0.0, 0.0]).collect(),
     }
 }

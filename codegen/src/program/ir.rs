@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::serial;
 use super::signature::FunctionKind;
 use super::{Fact, Section};
-use crate::source::free::{COORDINATE_NAMES, COORDINATES, SPEED_NAMES, SPEEDS};
+use crate::source::free::{
+    COORDINATE_NAMES, COORDINATE_UNITS, COORDINATES, SPEED_NAMES, SPEED_UNITS, SPEEDS,
+};
 use crate::source::ids::index;
 use crate::source::{CoordinateId, InputId, JointId, ParameterId, SpeedId};
 
@@ -152,7 +154,25 @@ impl Interface {
         self.name_of(id.index(), &SPEED_NAMES)
     }
 
-    /// Refuses a mechanism with a free body for `what` does not handle one.
+    /// The names of all coordinates, as [`coordinate_name`](Self::coordinate_name) gives them, with their units.
+    pub fn coordinate_columns(&self) -> impl Iterator<Item = (String, &'static str)> {
+        (0..self.coordinates()).map(|index| {
+            let beyond = index.checked_sub(self.joints.len());
+            let unit = beyond.map_or("rad", |beyond| COORDINATE_UNITS[beyond % COORDINATES]);
+            (self.coordinate_name(CoordinateId(index)), unit)
+        })
+    }
+
+    /// The names of all speeds, as [`speed_name`](Self::speed_name) gives them, with their units.
+    pub fn speed_columns(&self) -> impl Iterator<Item = (String, &'static str)> {
+        (0..self.speeds()).map(|index| {
+            let beyond = index.checked_sub(self.joints.len());
+            let unit = beyond.map_or("rad/s", |beyond| SPEED_UNITS[beyond % SPEEDS]);
+            (self.speed_name(SpeedId(index)), unit)
+        })
+    }
+
+    /// Refuses a mechanism with a free body for something, `what`, that handles none.
     ///
     /// # Errors
     /// A body is free; the text says so.

@@ -54,11 +54,11 @@ pub fn verify(program: &Program) -> Result<(), VerifyError> {
 
 /// Checks the numbers that are not the lengths of lists.
 fn counts(interface: &Interface) -> Result<(), VerifyError> {
-    let (joints, residuals) = (interface.joints.len(), 9 * interface.loops.len());
+    let (speeds, residuals) = (interface.speeds(), 9 * interface.loops.len());
     let counts = [
         ("closure rows", interface.rows, residuals),
         ("independent equations", interface.rank, residuals),
-        ("degrees of freedom", interface.mobility, joints),
+        ("degrees of freedom", interface.mobility, speeds),
     ];
     match counts.into_iter().find(|(_, count, most)| count > most) {
         Some((what, ..)) => Err(VerifyError::Count(what)),
@@ -69,8 +69,9 @@ fn counts(interface: &Interface) -> Result<(), VerifyError> {
 /// Checks names, which become identifiers of generated code, and texts, which become comments of one line.
 fn texts(program: &Program) -> Result<(), VerifyError> {
     let Program { interface, facts, functions } = program;
-    let Interface { joints, bodies, nodes, points, contacts, parameters, inputs, cuts, .. } =
-        interface;
+    let Interface {
+        joints, free, bodies, nodes, points, contacts, parameters, inputs, cuts, ..
+    } = interface;
     let is_name = |name: &str| is_identifier(name) && !is_keyword(name);
     // What `tunable` makes a parameter is called `stiffness.left`.
     let is_path = |name: &str| name.split('.').all(is_name);
@@ -83,6 +84,7 @@ fn texts(program: &Program) -> Result<(), VerifyError> {
         ("the name of the model", is_name(&interface.name)),
         ("the name of a joint", joints.iter().all(|joint| is_name(&joint.name))),
         ("the name of a body", bodies.iter().all(|body| is_name(&body.name))),
+        ("the name of a body", free.iter().all(|body| is_name(&body.name))),
         ("the name of a body", joints.iter().flat_map(|j| &j.bodies).all(|name| is_line(name))),
         ("the name of a node", nodes.iter().all(|name| is_identifier(name))),
         ("the name of a point", points.iter().all(|name| is_name(name))),

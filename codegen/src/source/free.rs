@@ -12,6 +12,12 @@ pub const COORDINATE_NAMES: [&str; COORDINATES] = ["x", "y", "z", "qw", "qx", "q
 /// angular velocity in its own frame, rad/s.
 pub const SPEED_NAMES: [&str; SPEEDS] = ["vx", "vy", "vz", "wx", "wy", "wz"];
 
+/// Units of the coordinates of a free body.
+pub const COORDINATE_UNITS: [&str; COORDINATES] = ["m", "m", "m", "1", "1", "1", "1"];
+
+/// Units of the speeds of a free body.
+pub const SPEED_UNITS: [&str; SPEEDS] = ["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"];
+
 /// Returns the unit quaternion w x y z of a rotation vector, rad.
 pub fn quaternion(turn: [f64; 3]) -> [f64; 4] {
     let [x, y, z] = turn;

@@ -83,6 +83,16 @@ pub(crate) fn times_lower<S: Scalar>(l: &[S], x: &mut [S]) {
     }
 }
 
+/// `x = L^T x`.
+pub(crate) fn times_upper<S: Scalar>(l: &[S], x: &mut [S]) {
+    let n = x.len();
+    for (i, row) in (0..n).zip(l.chunks_exact(n.max(1))) {
+        let value = x[i];
+        x[i] = value / row[i];
+        add_scaled(&mut x[..i], value, &row[..i]);
+    }
+}
+
 /// A lower bound of smallest over largest eigenvalue, from the factor and the trace:
 /// by the inequality of the means det A <= `lambda_min` (trace / (n - 1))^(n - 1), and
 /// `lambda_max` <= trace.

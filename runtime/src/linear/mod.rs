@@ -13,7 +13,9 @@ mod pseudoinverse;
 #[allow(dead_code, reason = "tests of this crate need a part of it")]
 mod uniform;
 
-pub(crate) use cholesky::{backward, conditioning, factor, forward, forward_rows, times_lower};
+pub(crate) use cholesky::{
+    backward, conditioning, factor, forward, forward_rows, times_lower, times_upper,
+};
 pub(crate) use householder::{reflect, solve};
 pub(crate) use independent::{clearly_independent, orthogonalise_independent, reduce_groups};
 pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};

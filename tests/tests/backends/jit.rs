@@ -8,7 +8,7 @@ use lamc_runtime::{
     Change, Dopri5, Integrator, Mechanism, State, acceleration_and_forces, assemble,
 };
 use lamc_tests::{
-    EXAMPLES, compile, compile_text, designs, largest_difference, published, workspace,
+    EXAMPLES, ROBOTS, compile, compile_text, designs, largest_difference, published, workspace,
 };
 use lamc_workbench::execution::Jit;
 
@@ -73,7 +73,7 @@ fn check(name: &str, program: &Program) {
 
 #[test]
 fn examples_and_designs_bit_for_bit() {
-    for name in EXAMPLES {
+    for name in EXAMPLES.into_iter().chain(ROBOTS) {
         let path = workspace().join("examples").join(format!("{name}.yaml"));
         check(name, &compile(&path).program);
     }

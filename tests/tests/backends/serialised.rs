@@ -13,7 +13,7 @@ use lamc::program::{
 use lamc::sealed::Format;
 use lamc::source::SourceFile;
 use lamc_tests::random::Random;
-use lamc_tests::{EXAMPLES, compile, workspace};
+use lamc_tests::{EXAMPLES, ROBOTS, compile, workspace};
 use lamc_workbench::execution::MachineCode;
 use proptest::prelude::*;
 use serde::ser::{Serialize, SerializeTuple, Serializer};
@@ -98,7 +98,7 @@ fn check(name: &str, compiled: &Compiled) {
 
 #[test]
 fn programs_that_are_read_are_those_that_were_written() {
-    for name in EXAMPLES {
+    for name in EXAMPLES.into_iter().chain(ROBOTS) {
         check(name, &compile(&workspace().join(format!("examples/{name}.yaml"))));
     }
 }
@@ -106,7 +106,7 @@ fn programs_that_are_read_are_those_that_were_written() {
 /// What a cache keeps of a model is all that a command needs.
 #[test]
 fn models_that_are_read_are_those_that_were_compiled() {
-    for name in EXAMPLES {
+    for name in EXAMPLES.into_iter().chain(ROBOTS) {
         let path = workspace().join(format!("examples/{name}.yaml"));
         let file = SourceFile::read(&path.display().to_string()).unwrap();
         let read = pipeline::read(&file, |_| Ok(())).unwrap();

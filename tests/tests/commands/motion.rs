@@ -2,13 +2,13 @@
 
 use lamc_runtime::{Dopri5, Integrator, Mechanism, assemble};
 use lamc_tests::compare::largest;
-use lamc_tests::{EXAMPLES, compile, workspace};
+use lamc_tests::{EXAMPLES, ROBOTS, compile, workspace};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::motion::Motion;
 
 #[test]
 fn poses_carry_points_and_accelerations_are_those_of_the_rates() {
-    for name in EXAMPLES {
+    for name in EXAMPLES.into_iter().chain(ROBOTS) {
         let compiled = compile(&workspace().join("examples").join(format!("{name}.yaml")));
         let mechanism = &compiled.topology.mechanism;
         let system = Jit::new(&compiled.program);

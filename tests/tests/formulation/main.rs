@@ -22,6 +22,7 @@ mod newton_euler;
 mod patterns;
 mod reference;
 mod regressions;
+mod robots;
 mod sheets;
 mod shrink;
 mod size;

@@ -2,7 +2,7 @@
 
 use lamc::pipeline::compile as compile_file;
 use lamc::source::SourceFile;
-use lamc_tests::{EXAMPLES, compile, designs, workspace};
+use lamc_tests::{EXAMPLES, ROBOTS, compile, designs, workspace};
 
 /// The warnings of the model at `path`.
 fn warnings(path: &std::path::Path) -> String {
@@ -11,7 +11,7 @@ fn warnings(path: &std::path::Path) -> String {
 
 #[test]
 fn sound_models_cause_no_warning() {
-    for name in EXAMPLES {
+    for name in EXAMPLES.into_iter().chain(ROBOTS) {
         let path = workspace().join("examples").join(format!("{name}.yaml"));
         assert_eq!(warnings(&path), "", "{name}");
     }

@@ -4,10 +4,11 @@ use std::fmt::Write;
 
 use clap::Args;
 use lamc::laminate::Mechanism;
-use lamc_runtime::{Equilibrium, Mechanism as _, State, Stopped, equilibrium, project};
+use lamc_runtime::{Error, Mechanism as _, State, project};
 use lamc_workbench::execution::Jit;
-use lamc_workbench::linear::{KinkReport, Motions, Stability};
+use lamc_workbench::linear::{KinkReport, Stability};
 use lamc_workbench::reading::{Configuration, configurations};
+use lamc_workbench::rest::{Rest, settle};
 use lamc_workbench::simulation::describe;
 use serde::Serialize;
 
@@ -37,6 +38,8 @@ pub struct Arguments {
 struct Report<'a> {
     model: &'a str,
     joints: Vec<&'a str>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    free_bodies: Vec<&'a str>,
     q: &'a [f64],
     #[serde(flatten)]
     stability: Stability,
@@ -52,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     paths.input("--compare", &arguments.compare).check()?;
     let compiled = arguments.start.compile(&arguments.release)?;
     let system = arguments.start.system(&compiled)?;
-    let rows = match &arguments.compare {
+    let mut rows = match &arguments.compare {
         Some(path) => {
             let joints = system.interface().joints.iter().map(|joint| &*joint.name);
             let joints: Vec<&str> = joints.collect();
@@ -60,40 +63,41 @@ pub fn run(arguments: &Arguments) -> Outcome {
         }
         None => Vec::new(),
     };
-    let mut state = arguments.start.assembled(&compiled, &system)?;
-    let found = settle(&system, &mut state)?;
-    let energy = system
-        .energy(state.t, &state.q, &state.u)
-        .map_err(|error| fail(describe(&error, system.interface())))?;
-    let open = opening(&system, &state.q);
-    let q = state.q.clone();
-    let resting = stopped(system, &mut state)?;
-    let mechanism = &compiled.topology.mechanism;
-    let motions = about(mechanism, &resting, &state, found.stable)?;
-    let system = &resting.system;
+    let state = arguments.start.assembled(&compiled, &system)?;
+    let rest = at_rest(&compiled.topology.mechanism, system, state)?;
+    let Rest { found, state, potential, system: resting, motions } = &rest;
+    let (q, system) = (&state.q, &resting.system);
+    // Tables of angles say nothing of free bodies: these lie as here.
+    rows.iter_mut().for_each(|row| row.q.extend_from_slice(&q[row.q.len()..]));
+    let open = opening(system, q);
     let interface = system.interface();
     if arguments.json {
         let report = Report {
             model: &interface.name,
             joints: interface.joints.iter().map(|joint| joint.name.as_str()).collect(),
-            q: &q,
+            free_bodies: interface.free.iter().map(|body| body.name.as_str()).collect(),
+            q,
             stability: motions.stability,
             kinks: &motions.kinks,
             generalized_force: found.force,
             closure_residual: open,
-            potential_energy: energy.potential,
+            potential_energy: *potential,
             iterations: found.iterations,
         };
         let json = serde_json::to_string_pretty(&report).map_err(fail)?;
         return output::print(&(json + "\n"));
     }
-    let mut text = table(system, &q, &rows);
+    let mut text = table(system, q, &rows);
     let joints = interface.joints.iter().zip(&resting.sides);
     for (joint, _) in joints.filter(|(_, side)| **side != 0.0) {
         let _ = writeln!(text, "`{}` rests on its stop", joint.name);
     }
     text.push_str(&motions.lines());
-    let kind = if motions.stability.stable { "stable" } else { "not stable" };
+    let kind = match motions.stability {
+        Stability { stable: true, .. } => "stable",
+        Stability { neutral: true, .. } => "neutral",
+        _ => "not stable",
+    };
     let _ = writeln!(
         text,
         "{kind}; residual torque {:.1e} N m after {} steps; loops closed within {open:.1e} m, \
@@ -101,47 +105,38 @@ pub fn run(arguments: &Arguments) -> Outcome {
         found.force,
         found.iterations,
         system.size() * 1e3,
-        energy.potential
+        potential
     );
     output::print(&text)
 }
 
-/// Finds the equilibrium from an assembled state.
-pub fn settle(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Result<Equilibrium<f64>, Failed> {
-    system.interface().without_free("equilibria and modes").map_err(fail)?;
-    state.u.fill(0.0);
-    equilibrium(system, state.t, &mut state.q, &mut system.workspace()).map_err(|error| {
-        let reason = describe(&error, system.interface());
-        fail(format_args!("no equilibrium was found: {reason}"))
-    })
+/// Why no state of rest was found.
+fn unrest(system: &Jit, error: &Error) -> Failed {
+    fail(format_args!("no equilibrium was found: {}", describe(error, system.interface())))
 }
 
-/// The system at rest, its joints held at the stops they rest on.
-pub fn stopped(system: Jit, state: &mut State<Vec<f64>, f64>) -> Result<Stopped<Jit>, Failed> {
-    let mut resting = Stopped::new(system);
-    match resting.resolve_impacts(state) {
-        Ok(_) => Ok(resting),
-        Err(error) => Err(fail(describe(&error, resting.system.interface()))),
-    }
+/// Moves an assembled state to rest.
+pub fn settled(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Outcome {
+    settle(system, state).map(|_| ()).map_err(|error| unrest(system, &error))
 }
 
-/// The small motions about a state of rest; reports their warnings.
-pub fn about(
+/// The state of rest that is reached from an assembled state; reports the warnings of the small motions.
+pub fn at_rest(
     mechanism: &Mechanism,
-    resting: &Stopped<Jit>,
-    state: &State<Vec<f64>, f64>,
-    is_minimum: bool,
-) -> Result<Motions, Failed> {
-    let motions = Motions::about(mechanism, resting, state, is_minimum)
-        .map_err(|error| fail(describe(&error, resting.system.interface())))?;
-    motions.warnings.iter().for_each(warn);
-    Ok(motions)
+    system: Jit,
+    state: State<Vec<f64>, f64>,
+) -> Result<Rest, Failed> {
+    let rest =
+        Rest::new(mechanism, system.clone(), state).map_err(|error| unrest(&system, &error))?;
+    rest.motions.warnings.iter().for_each(warn);
+    Ok(rest)
 }
 
 /// Largest closure residual, m.
 fn opening(system: &Jit, q: &[f64]) -> f64 {
     let rows = 9 * system.dimensions().loops;
-    let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
+    let (mut residual, mut jacobian) =
+        (vec![0.0; rows], vec![0.0; rows * system.dimensions().speeds]);
     if system.write_closure(q, &mut residual, &mut jacobian).is_err() {
         return f64::NAN;
     }
@@ -155,10 +150,11 @@ fn table(system: &Jit, q: &[f64], rows: &[Configuration]) -> String {
         let _ = write!(text, " {:>12}", row.name);
     }
     text.push('\n');
-    for (joint, info) in system.interface().joints.iter().enumerate() {
-        let _ = write!(text, "{:<20} {:>12.5}", info.name, q[joint].to_degrees());
+    for (index, (name, unit)) in system.interface().coordinate_columns().enumerate() {
+        let (label, number) = output::shown(&name, unit, q[index]);
+        let _ = write!(text, "{label:<20} {number:>12.5}");
         for row in rows {
-            let _ = write!(text, " {:>12.5}", row.q[joint].to_degrees());
+            let _ = write!(text, " {:>12.5}", output::shown(&name, unit, row.q[index]).1);
         }
         text.push('\n');
     }
@@ -173,7 +169,7 @@ fn table(system: &Jit, q: &[f64], rows: &[Configuration]) -> String {
     let _ = write!(text, "\n{:<20}", "closes after rad");
     for q in all() {
         let mut closed = q.to_vec();
-        let mut rest = vec![0.0; q.len()];
+        let mut rest = system.speeds();
         match project(system, 0.0, &mut closed, &mut rest, &mut system.workspace()) {
             Ok(_) => {
                 let square: f64 = closed.iter().zip(q).map(|(a, b)| (a - b) * (a - b)).sum();

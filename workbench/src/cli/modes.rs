@@ -6,9 +6,10 @@ use clap::Args;
 use lamc_runtime::State;
 use lamc_workbench::execution::Jit;
 use lamc_workbench::linear::{KinkReport, Linear, Mode, Stability};
+use lamc_workbench::rest::Rest;
 use serde::Serialize;
 
-use super::equilibrium::{about, settle, stopped};
+use super::equilibrium::at_rest;
 use super::start::Start;
 use super::{Outcome, fail, output};
 
@@ -30,6 +31,8 @@ pub struct Arguments {
 struct Report<'a> {
     model: &'a str,
     joints: Vec<&'a str>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    free_bodies: Vec<&'a str>,
     inputs: &'a [String],
     q: &'a [f64],
     #[serde(flatten)]
@@ -42,17 +45,16 @@ struct Report<'a> {
 pub fn run(arguments: &Arguments) -> Outcome {
     let compiled = arguments.start.compile(&arguments.release)?;
     let system = arguments.start.system(&compiled)?;
-    let mut state = arguments.start.assembled(&compiled, &system)?;
-    let found = settle(&system, &mut state)?;
-    let resting = stopped(system, &mut state)?;
-    let mechanism = &compiled.topology.mechanism;
-    let motions = about(mechanism, &resting, &state, found.stable)?;
+    let state = arguments.start.assembled(&compiled, &system)?;
+    let rest = at_rest(&compiled.topology.mechanism, system, state)?;
+    let Rest { state, system: resting, motions, .. } = &rest;
     let system = &resting.system;
     let interface = system.interface();
     if arguments.json {
         let report = Report {
             model: &interface.name,
             joints: interface.joints.iter().map(|joint| joint.name.as_str()).collect(),
+            free_bodies: interface.free.iter().map(|body| body.name.as_str()).collect(),
             inputs: &interface.inputs,
             q: &state.q,
             stability: motions.stability,
@@ -63,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let json = serde_json::to_string_pretty(&report).map_err(fail)?;
         return output::print(&(json + "\n"));
     }
-    output::print(&format!("{}{}", table(system, &state, &motions.modes), motions.lines()))
+    output::print(&format!("{}{}", table(system, state, &motions.modes), motions.lines()))
 }
 
 fn table(system: &Jit, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> String {
@@ -72,10 +74,15 @@ fn table(system: &Jit, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> String {
         let _ = write!(text, " {:>10}", format!("mode {number}"));
     }
     text.push('\n');
-    for (joint, info) in system.interface().joints.iter().enumerate() {
-        let _ = write!(text, "{:<20} {:>12.5}", info.name, state.q[joint].to_degrees());
+    let interface = system.interface();
+    for (speed, (name, _)) in interface.speed_columns().enumerate() {
+        // The velocities and turns of free bodies have no coordinate of their own.
+        let _ = match interface.joints.get(speed) {
+            Some(_) => write!(text, "{name:<20} {:>12.5}", state.q[speed].to_degrees()),
+            None => write!(text, "{name:<20} {:>12}", ""),
+        };
         for mode in modes {
-            let [re, im] = mode.shape[joint];
+            let [re, im] = mode.shape[speed];
             let sign = if re < 0.0 { -1.0 } else { 1.0 };
             let _ = write!(text, " {:>10.4}", sign * re.hypot(im));
         }

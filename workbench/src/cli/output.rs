@@ -48,3 +48,13 @@ pub fn probe(path: &str) -> Outcome {
 fn unwritable(path: &str, error: &io::Error) -> Failed {
     fail(format_args!("cannot write {path}: {error}"))
 }
+
+/// A number for people: an angle in degrees, and anything else under a name with its unit, lengths in mm.
+pub fn shown(name: &str, unit: &str, number: f64) -> (String, f64) {
+    match unit {
+        "rad" => (name.to_owned(), number.to_degrees()),
+        "m" => (format!("{name} mm"), number * 1e3),
+        "1" => (name.to_owned(), number),
+        unit => (format!("{name} {unit}"), number),
+    }
+}

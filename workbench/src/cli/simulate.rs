@@ -14,7 +14,7 @@ use lamc_workbench::simulation::{
     Method, Settings, Simulation, SimulationError, TOLERANCE, describe, sample_times, unfold,
 };
 
-use super::equilibrium::settle;
+use super::equilibrium::settled;
 use super::interrupt::{self, EXIT_INTERRUPTED};
 use super::notes::transgressions;
 use super::paths::Paths;
@@ -229,7 +229,7 @@ fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
     let mut system = start.system(&compiled)?;
     let mut state = start.assembled(&compiled, &system)?;
     if arguments.settle || !arguments.release.is_empty() {
-        settle(&system, &mut state)?;
+        settled(&system, &mut state)?;
         if !arguments.release.is_empty() {
             compiled = start.compile(&arguments.release)?;
             system = start.system(&compiled)?;
@@ -252,9 +252,10 @@ fn summary(simulation: &Simulation, seconds: f64, interrupted: bool) -> String {
         return text;
     };
     let _ = writeln!(text, "{:<20} {:>10} {:>10}", "joint", "start deg", "end deg");
-    for (joint, name) in motion.joints.iter().enumerate() {
-        let [start, end] = [first, last].map(|sample| sample.q[joint].to_degrees());
-        let _ = writeln!(text, "{name:<20} {start:>10.3} {end:>10.3}");
+    for (index, (name, unit)) in simulation.system().interface().coordinate_columns().enumerate() {
+        let [(label, start), (_, end)] =
+            [first, last].map(|sample| output::shown(&name, unit, sample.q[index]));
+        let _ = writeln!(text, "{label:<20} {start:>10.3} {end:>10.3}");
     }
     let [start, end] = [first, last].map(|sample| sample.energy.kinetic + sample.energy.potential);
     let _ = writeln!(text, "energy: {start:.6e} J at start, {end:.6e} J at end");

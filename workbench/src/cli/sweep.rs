@@ -81,7 +81,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let plan = read(plan)?;
     let compiled = Arc::new(start.compile(&[])?);
     let system = start.system(&compiled)?;
-    system.interface().without_free("sweeps").map_err(fail)?;
     let guess = start.guess(&compiled, system.interface())?;
     let angle = compiled.numbers.angle;
     let sweep = Sweep::new(compiled, &system, guess, &plan, angle, shard).map_err(|problems| {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use lamc::source::free::{COORDINATE_NAMES, SPEED_NAMES};
+use lamc::source::free::{COORDINATE_NAMES, COORDINATE_UNITS, SPEED_NAMES, SPEED_UNITS, SPEEDS};
 use lamc_runtime::Energy;
 
 use super::Motion;
@@ -12,13 +12,12 @@ impl Motion {
     /// that they read back as they are.
     pub fn to_csv(&self) -> String {
         let mut text = "t [s]".to_owned();
-        let speeds =
-            |linear, angular| SPEED_NAMES.into_iter().zip([[linear; 3], [angular; 3]].concat());
-        let q = COORDINATE_NAMES.into_iter().zip(["m", "m", "m", "-", "-", "-", "-"]);
+        let accelerations = ["m/s^2", "m/s^2", "m/s^2", "rad/s^2", "rad/s^2", "rad/s^2"];
+        let speeds = |units: [_; SPEEDS]| SPEED_NAMES.into_iter().zip(units).collect();
         let columns: [(&str, &str, Vec<_>); 3] = [
-            ("q", "rad", q.collect()),
-            ("u", "rad/s", speeds("m/s", "rad/s").collect()),
-            ("a", "rad/s^2", speeds("m/s^2", "rad/s^2").collect()),
+            ("q", "rad", COORDINATE_NAMES.into_iter().zip(COORDINATE_UNITS).collect()),
+            ("u", "rad/s", speeds(SPEED_UNITS)),
+            ("a", "rad/s^2", speeds(accelerations)),
         ];
         for (symbol, unit, parts) in columns {
             for joint in &self.joints {

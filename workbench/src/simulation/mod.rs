@@ -240,6 +240,11 @@ impl Simulation {
         self.work = None;
     }
 
+    /// What moves.
+    pub fn system(&self) -> &Jit {
+        &self.system.system
+    }
+
     /// The state that was reached.
     pub fn state(&self) -> &State<Vec<f64>, f64> {
         &self.state

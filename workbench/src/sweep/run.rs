@@ -5,12 +5,13 @@ use lamc::laminate::{excursions, verdicts};
 use lamc::pipeline::Compiled;
 use lamc::program::Interface;
 use lamc::source::Severity;
-use lamc_runtime::{Equilibrium, Error, Mechanism as _, State, Stopped, equilibrium};
+use lamc_runtime::free_body::extent;
+use lamc_runtime::{Error, Mechanism as _, State};
 
 use super::plan::{Quantity, Simulate, Target, Task};
 use super::table::{Cell, Column};
 use crate::execution::Jit;
-use crate::linear::Motions;
+use crate::rest::{Rest, settle};
 use crate::simulation::{
     Asked, Reached, Simulation, allowed, describe, sample_times, start, unfold,
 };
@@ -40,8 +41,9 @@ pub fn run<'q>(
     let outcome = match (begun, task) {
         (Err(reason), _) => Err(reason),
         (Ok(state), Task::Equilibrium { end, energy, frequencies }) => {
-            let found = rest(compiled, system, state, &mut warnings);
-            found.map(|rest| rest.cells([*end, *energy, *frequencies]))
+            let recorded = [*end, *energy, *frequencies];
+            at_rest(compiled, system, state, recorded, &mut warnings)
+                .map_err(|error| describe(&error, &compiled.program.interface))
         }
         (Ok(state), Task::Simulate(task)) => {
             match simulate(compiled, system, state, task, &mut warnings, is_interrupted) {
@@ -55,15 +57,18 @@ pub fn run<'q>(
 
 /// The columns of a task, in the order of the cells of [`Run::outcome`].
 pub fn columns(task: &Task, interface: &Interface) -> Vec<Column> {
-    let joints = || interface.joints.iter().map(|joint| joint.name.as_str());
-    let mut columns = Vec::new();
-    let mut each = |symbol: &str, unit| {
-        columns.extend(joints().map(|joint| Column::number(format!("{symbol}.{joint}"), unit)));
+    let coordinates = || interface.coordinate_columns();
+    let speeds = || interface.speed_columns();
+    let number =
+        |symbol: &'static str| move |(name, unit)| Column::number(format!("{symbol}.{name}"), unit);
+    let series = |symbol: &'static str| {
+        move |(name, unit)| Column::series(format!("motion.{symbol}.{name}"), unit)
     };
+    let mut columns = Vec::new();
     match task {
         Task::Equilibrium { end, energy, frequencies } => {
             if *end {
-                each("q", "rad");
+                columns.extend(coordinates().map(number("q")));
                 columns.extend(points(interface));
             }
             columns.push(Column::flag("stable"));
@@ -78,13 +83,13 @@ pub fn columns(task: &Task, interface: &Interface) -> Vec<Column> {
         }
         Task::Simulate(task) => {
             if task.end {
-                each("q", "rad");
-                each("u", "rad/s");
+                columns.extend(coordinates().map(number("q")));
+                columns.extend(speeds().map(number("u")));
             }
             if task.extremes {
-                each("q_min", "rad");
-                each("q_max", "rad");
-                each("u_max", "rad/s");
+                columns.extend(coordinates().map(number("q_min")));
+                columns.extend(coordinates().map(number("q_max")));
+                columns.extend(speeds().map(number("u_max")));
             }
             if task.end {
                 columns.extend(points(interface));
@@ -99,10 +104,8 @@ pub fn columns(task: &Task, interface: &Interface) -> Vec<Column> {
             }
             if task.motion {
                 columns.push(Column::series("motion.t", "s"));
-                for (symbol, unit) in [("q", "rad"), ("u", "rad/s")] {
-                    let name = |joint| format!("motion.{symbol}.{joint}");
-                    columns.extend(joints().map(|joint| Column::series(name(joint), unit)));
-                }
+                columns.extend(coordinates().map(series("q")));
+                columns.extend(speeds().map(series("u")));
             }
             columns.push(Column::number("steps", "1"));
         }
@@ -194,7 +197,7 @@ impl Course {
             return Ok(Vec::new());
         };
         let mut cells = Vec::new();
-        let joints = 0..first.q.len();
+        let (coordinates, speeds) = (0..first.q.len(), 0..first.u.len());
         if task.end {
             cells.extend(last.q.iter().chain(&last.u).copied().map(Cell::number));
         }
@@ -202,9 +205,9 @@ impl Course {
             let all = |pick: &dyn Fn(&Sample) -> f64| {
                 self.samples.iter().map(pick).reduce(larger).unwrap_or(f64::NAN)
             };
-            cells.extend(joints.clone().map(|j| Cell::number(-all(&|sample| -sample.q[j]))));
-            cells.extend(joints.clone().map(|j| Cell::number(all(&|sample| sample.q[j]))));
-            cells.extend(joints.clone().map(|j| Cell::number(all(&|sample| sample.u[j].abs()))));
+            cells.extend(coordinates.clone().map(|k| Cell::number(-all(&|sample| -sample.q[k]))));
+            cells.extend(coordinates.clone().map(|k| Cell::number(all(&|sample| sample.q[k]))));
+            cells.extend(speeds.clone().map(|k| Cell::number(all(&|sample| sample.u[k].abs()))));
         }
         if task.end {
             let points = system.points(&last.q)?;
@@ -224,25 +227,29 @@ impl Course {
                 Cell::Series(Some(self.samples.iter().map(pick).collect()))
             };
             cells.push(series(&|sample| sample.t));
-            cells.extend(joints.clone().map(|j| series(&|sample| sample.q[j])));
-            cells.extend(joints.map(|j| series(&|sample| sample.u[j])));
+            cells.extend(coordinates.map(|k| series(&|sample| sample.q[k])));
+            cells.extend(speeds.map(|k| series(&|sample| sample.u[k])));
         }
         cells.push(Cell::number(self.steps as f64));
         Ok(cells)
     }
 
-    /// The first sample from which on every joint stays within the band about the equilibrium near the last state. `None`
+    /// The first sample from which on every joint and free body stays within the band about the equilibrium near the last state. `None`
     /// if the last speeds are not within the same share of the largest: the motion only passes by.
     fn settling_time(&self, system: &Jit, band: f64) -> Option<f64> {
         let last = self.samples.last()?;
-        let fastest = largest(self.samples.iter().flat_map(|sample| &sample.u));
-        if largest(&last.u) > band * fastest {
+        let size = |of_speeds: &[f64]| extent(of_speeds, system.dimensions().joints, system.size());
+        let fastest = largest(self.samples.iter().map(|sample| size(&sample.u)));
+        if size(&last.u) > band * fastest {
             return None;
         }
         let mut rest = last.clone();
         settle(system, &mut rest).ok()?;
-        let away =
-            |sample: &Sample| largest(sample.q.iter().zip(&rest.q).map(|(q, rest)| q - rest));
+        let away = |sample: &Sample| {
+            let mut path = system.speeds();
+            system.write_difference(&sample.q, &rest.q, &mut path);
+            size(&path)
+        };
         let distances: Vec<f64> = self.samples.iter().map(away).collect();
         let allowed = band * largest(&distances);
         let outside = distances.iter().rposition(|distance| *distance > allowed);
@@ -251,59 +258,31 @@ impl Course {
     }
 }
 
-/// A state of rest.
-struct Rest {
-    q: Vec<f64>,
-    points: Vec<[f64; 3]>,
-    force: f64,
-    potential: f64,
-    motions: Motions,
-}
-
-impl Rest {
-    fn cells(&self, [end, energy, frequencies]: [bool; 3]) -> Vec<Cell> {
-        let mut cells = Vec::new();
-        if end {
-            let numbers = self.q.iter().chain(self.points.as_flattened());
-            cells.extend(numbers.copied().map(Cell::number));
-        }
-        cells.push(Cell::Flag(Some(self.motions.stability.stable)));
-        cells.push(Cell::number(self.force));
-        if energy {
-            cells.push(Cell::number(self.potential));
-        }
-        if frequencies {
-            let modes = &self.motions.modes;
-            cells.push(Cell::Series(Some(modes.iter().map(|mode| mode.frequency).collect())));
-            cells.push(Cell::Series(Some(modes.iter().map(|mode| mode.damping_ratio).collect())));
-        }
-        cells
-    }
-}
-
-fn rest(
+/// The cells of a state of rest.
+fn at_rest(
     compiled: &Compiled,
     system: Jit,
-    mut state: Sample,
+    state: Sample,
+    [end, energy, frequencies]: [bool; 3],
     warnings: &mut Vec<String>,
-) -> Result<Rest, String> {
-    let mut find = || {
-        let Equilibrium { force, stable, .. } = settle(&system, &mut state)?;
-        let q = state.q.clone();
-        let points = system.points(&q)?;
-        let potential = system.energy(state.t, &q, &state.u)?.potential;
-        let mut resting = Stopped::new(system.clone());
-        resting.resolve_impacts(&mut state)?;
-        let mechanism = &compiled.topology.mechanism;
-        let motions = Motions::about(mechanism, &resting, &state, stable)?;
-        Ok(Rest { q, points: points.to_vec(), force, potential, motions })
-    };
-    let rest = find().map_err(|error| describe(&error, &compiled.program.interface))?;
-    warnings.extend(rest.motions.warnings.iter().map(ToString::to_string));
-    Ok(rest)
-}
-
-fn settle(system: &Jit, state: &mut Sample) -> Result<Equilibrium<f64>, Error> {
-    state.u.fill(0.0);
-    equilibrium(system, state.t, &mut state.q, &mut system.workspace())
+) -> Result<Vec<Cell>, Error> {
+    let rest = Rest::new(&compiled.topology.mechanism, system, state)?;
+    warnings.extend(rest.motions.warnings.iter().cloned());
+    let mut cells = Vec::new();
+    if end {
+        let points = rest.system.system.points(&rest.state.q)?;
+        let numbers = rest.state.q.iter().chain(points.as_flattened());
+        cells.extend(numbers.copied().map(Cell::number));
+    }
+    cells.push(Cell::Flag(Some(rest.motions.stability.stable)));
+    cells.push(Cell::number(rest.found.force));
+    if energy {
+        cells.push(Cell::number(rest.potential));
+    }
+    if frequencies {
+        let modes = &rest.motions.modes;
+        cells.push(Cell::Series(Some(modes.iter().map(|mode| mode.frequency).collect())));
+        cells.push(Cell::Series(Some(modes.iter().map(|mode| mode.damping_ratio).collect())));
+    }
+    Ok(cells)
 }

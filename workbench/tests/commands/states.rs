@@ -164,3 +164,36 @@ joints: { hinge: { bodies: [base, rod], axis: [[0, 0], [1, 0]], stiffness: 1e-3,
     near("damping_ratio", 4e-6 / inertia / (2.0 * omega));
     assert_eq!((&found["stable"], &mode["shape"][0][0]), (&true.into(), &1.0.into()));
 }
+
+/// A plate on four springs without friction: it heaves at sqrt(4 k / m), and nothing opposes that it slides.
+#[test]
+fn modes_of_a_plate_that_stands_by_hand() {
+    let (_guard, folder) = folder();
+    let file = folder.join("stands.yaml");
+    let model = "
+units: { length: mm }
+materials: { card: { density: 700, thickness: 0.4 } }
+layup: [card]
+bodies: { plate: { free: true, outline: [[0, 0], [40, 0], [40, 20], [0, 20]] } }
+contacts: { ground: { plane: { point: [0, 0, -20], normal: [0, 0, 1] }, stiffness: 50 N/m, friction: 0 } }
+initial: { bodies: { plate: { position: [0, 0, 5], turn: [0, 20 deg, 0.5] } } }
+";
+    fs::write(&file, model).ok();
+    let path = file.display().to_string();
+    let found = json(&run(&["modes", &path, "--json"]));
+    assert_eq!(found["free_bodies"], serde_json::json!(["plate"]));
+    assert_eq!((&found["stable"], &found["neutral"]), (&false.into(), &true.into()));
+    let mass = 700.0 * 0.04 * 0.02 * 0.0004;
+    let sunk = mass * 9.81 / 200.0;
+    let height = found["q"][2].as_f64().unwrap_or(f64::NAN);
+    assert!((height + 0.02 + sunk).abs() < 1e-9, "{height}");
+    let heave = f64::sqrt(200.0 / mass) / std::f64::consts::TAU;
+    let modes = found["modes"].as_array().cloned().unwrap_or_default();
+    let near = |mode: &&serde_json::Value| {
+        mode["frequency"].as_f64().is_some_and(|found| (found / heave - 1.0).abs() < 1e-9)
+    };
+    let mode = modes.iter().find(near).unwrap_or_else(|| panic!("no mode of {heave} Hz: {found}"));
+    assert_eq!(mode["shape"][2][0], 1.0);
+    let table = text(&run(&["equilibrium", &path]).stdout);
+    assert!(table.contains("statically neutral") && table.contains("plate.z mm"), "{table}");
+}

@@ -212,16 +212,17 @@ fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
 /// Returns the method that evaluates contacts, if there are any.
 fn contacts(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
-    let (joints, count) = (program.interface.joints.len(), program.interface.contacts.len());
+    let [nq, n] = [program.interface.coordinates(), program.interface.speeds()].map(number);
+    let count = program.interface.contacts.len();
     if !has(program, FunctionKind::Contacts) || count == 0 {
         return TokenStream::new();
     }
     let contacts = method(FunctionKind::Contacts);
-    let (n, length, count) = (number(joints), number(6 * count), number(count));
+    let (length, count) = (number(6 * count), number(count));
     quote! {
         /// Per contact point its position, m, and the force on its body, N, in the base frame.
         pub fn contacts(
-            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+            &self, t: #scalar, q: &[#scalar; #nq], u: &[#scalar; #n],
         ) -> [[#scalar; 6]; #count] {
             let contacts = &mut [#zero; #length];
             self.#contacts(t, q, u, contacts);

@@ -35,7 +35,7 @@ pub static MODEL: Mapping = Mapping {
     name: "model",
     title: "The file",
     path: "",
-    doc: "The file is one mapping. Only `bodies` and `joints` are required, or a `pattern` that makes them.",
+    doc: "The file is one mapping. A model has `bodies`, or a `pattern` that makes them; it has `joints` too, unless its moving bodies are free.",
     keys: &[
         optional(
             "name",
