@@ -12,6 +12,8 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WORK = ROOT / "target" / "bindings"
 CRANK = ROOT / "tests" / "bindings" / "crank.yaml"
+JUMPER = CRANK.with_name("jumper.yaml")
+TOP = CRANK.with_name("top.yaml")
 LAMC = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug" / "lamc"
 
 

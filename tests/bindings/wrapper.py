@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-from common import CRANK, ROOT, WORK, evaluated, examples, lamc, published, refuses, relative, simulated, within
+from common import CRANK, JUMPER, ROOT, TOP, WORK, evaluated, examples, lamc, published, refuses, relative, simulated, within
 
 # Largest relative difference from the interpreter at the same state. In single precision q is that
 # of the C, and accelerations lose what the condition of M and J costs.
@@ -58,9 +58,9 @@ def closed_states(mechanism, rng):
     return states
 
 
-def compare(model, mechanism, scalar, states):
+def compare(model, mechanism, scalar, states, bounds=None):
     """One call for all rows, against `lamc eval` at each; returns the largest errors."""
-    kind = mechanism.REAL
+    kind, bounds = mechanism.REAL, bounds or BOUNDS[scalar]
     column = lambda key: np.array([state[key] for state in states], kind)
     t, q, u = column("t"), column("q"), column("u")
     values = {
@@ -84,7 +84,7 @@ def compare(model, mechanism, scalar, states):
         ("energy", potential, "potential_energy"),
         ("acceleration", robot.acceleration(q, u, t), "acceleration"),
     ]
-    worst = dict.fromkeys(BOUNDS[scalar], 0.0)
+    worst = dict.fromkeys(bounds, 0.0)
     for group, numbers, key in found:
         assert numbers.dtype == kind
         # A vector by its own largest number; energies and torques, single numbers that cross zero,
@@ -93,12 +93,12 @@ def compare(model, mechanism, scalar, states):
         if group != "energy":
             rows = zip(numbers, rows[0][1])
         for row, other in rows:
-            error = within(f"{model.stem} {scalar} {key}", relative(row, other), BOUNDS[scalar][group])
+            error = within(f"{model.stem} {scalar} {key}", relative(row, other), bounds[group])
             worst[group] = max(worst[group], error)
     if expected[0]["motor_torques"]:
         driven = [[state["motor_torques"].get(joint, 0.0) for joint in mechanism.JOINTS] for state in expected]
         error = relative(robot.motor_torques(q, u, t), driven)
-        worst["torque"] = within(f"{model.stem} {scalar} torque", error, BOUNDS[scalar]["torque"])
+        worst["torque"] = within(f"{model.stem} {scalar} torque", error, bounds["torque"])
     if scalar == "f64":
         open_by = max(state["closure_residual"] for state in expected)
         within(f"{model.stem}: closure of what the C assembled, m", open_by, 1e-9)
@@ -155,6 +155,36 @@ def motions():
         for j, joint in enumerate(crank.JOINTS):
             error = np.abs(q[::50, row, j] - expected[f"q.{joint}"]).max()
             within(f"crank motion, amplitude {amplitude}, joint {joint}, rad", error, 1e-8)
+
+
+def free():
+    """Free bodies: states of plates that jump against the interpreter, and a top that falls against closed forms."""
+    for scalar in ("f64", "f32"):
+        jumper = written(JUMPER, scalar)
+        t, q, u = jumper().simulate(0.03, 1e-4)
+        values = {"params": dict(jumper.PARAMETERS), "inputs": dict.fromkeys(jumper.INPUTS, 1e-5)}
+        rows = range(0, len(t), 20)
+        states = [{"t": float(t[i]), "q": q[i].tolist(), "u": u[i].tolist(), **values} for i in rows]
+        # A depth is a difference of lengths, of which single precision knows seven digits.
+        bounds = {**BOUNDS[scalar], "equations": 10 * BOUNDS[scalar]["equations"]}
+        report(JUMPER, scalar, compare(JUMPER, jumper, scalar, states, bounds))
+    robot = written(JUMPER, "f64")(push=1e-5)
+    for state, expected in zip(states, evaluated(JUMPER, states), strict=True):
+        contacts = robot.contacts(state["q"], state["u"], state["t"])
+        due = np.array([expected["contacts"][name] for name in robot.CONTACTS])
+        within("jumper: contacts", np.abs(contacts - due).max(), 1e-14)
+        momentum = list(expected["momentum"].values())
+        within("jumper: momentum", np.abs(robot.momentum(state["q"], state["u"]) - momentum).max(), 1e-14)
+
+    top = written(TOP, "f64")()
+    t, q, u = top.simulate(2.0, 1e-4)
+    assert q.shape == (20001, top.NQ) and u.shape == (20001, top.NU)
+    fall = np.array([1.0, 2.0, 3.0]) + np.outer(t, [0.5, -0.2, 4.0]) - np.outer(0.5 * 9.81 * t**2, [0.0, 0.0, 1.0])
+    within("top: parabola, m", np.abs(q[:, :3] - fall).max(), 1e-10)
+    within("top: quaternion's length", np.abs(np.linalg.norm(q[:, 3:], axis=1) - 1.0).max(), 1e-15)
+    angular = top.momentum(q, u)[:, 2]
+    within("top: angular momentum", np.abs(angular / [1.4e-4, 1.0, 6e-3] - [1.0, 0.0, 1.0]).max(), 1e-8)
+    refuses(ValueError, "the last axis of q has 7 numbers", lambda: top.acceleration(q[0, :6], u[0]))
 
 
 def geometry():
@@ -214,6 +244,6 @@ def misuse():
 
 
 if __name__ == "__main__":
-    for check in (agreement, motions, geometry, misuse):
+    for check in (agreement, motions, free, geometry, misuse):
         check()
         print(f"{check.__name__}: ok", flush=True)

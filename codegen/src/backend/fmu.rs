@@ -4,15 +4,21 @@
 //! All variables are scalars. The value reference of a variable is its index in the memory of an
 //! instance; `Layout` assigns the indices.
 
+mod variables;
+
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use tera::{Context, Tera};
 
+use self::variables::{Variable, variables};
 use super::c::{self, Real, STATUS};
 use crate::program::{Interface, Program};
 
 /// Default for the longest step of Co-Simulation, s.
 const STEP: f64 = 1e-3;
+
+/// Numbers of a quaternion: the last coordinates of a free body.
+const QUATERNION: usize = 4;
 
 /// Version of the FMI standard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,9 +40,14 @@ struct Layout {
     q: usize,
     u: usize,
     a: usize,
+    /// The rates of the quaternions of free bodies. Those of other coordinates are speeds.
+    rates: usize,
     points: usize,
     kinetic: usize,
     potential: usize,
+    contacts: usize,
+    /// Nine numbers if there are free bodies.
+    momentum: usize,
     /// Motor torques: one value per joint, whether the joint is driven or not.
     motors: usize,
     count: usize,
@@ -44,16 +55,35 @@ struct Layout {
 
 impl Layout {
     fn of(interface: &Interface) -> Self {
-        let n = interface.joints.len();
+        let (nq, nu) = (interface.coordinates(), interface.speeds());
         let (time, parameters) = (0, 1);
         let step = parameters + interface.parameters.len();
         let inputs = step + 1;
         let q = inputs + interface.inputs.len();
-        let (u, a, points) = (q + n, q + 2 * n, q + 3 * n);
+        let (u, a, rates) = (q + nq, q + nq + nu, q + nq + 2 * nu);
+        let points = rates + QUATERNION * interface.free.len();
         let kinetic = points + 3 * interface.points.len();
-        let (potential, motors) = (kinetic + 1, kinetic + 2);
-        let count = motors + n;
-        Self { time, parameters, step, inputs, q, u, a, points, kinetic, potential, motors, count }
+        let (potential, contacts) = (kinetic + 1, kinetic + 2);
+        let momentum = contacts + 6 * interface.contacts.len();
+        let motors = momentum + if interface.free.is_empty() { 0 } else { 9 };
+        let count = motors + interface.joints.len();
+        Self {
+            time,
+            parameters,
+            step,
+            inputs,
+            q,
+            u,
+            a,
+            rates,
+            points,
+            kinetic,
+            potential,
+            contacts,
+            momentum,
+            motors,
+            count,
+        }
     }
 }
 
@@ -64,119 +94,6 @@ struct Key {
     index: usize,
     /// Value reference.
     reference: usize,
-}
-
-/// A scalar variable, with its attributes in the model description.
-#[derive(Clone, Serialize)]
-struct Variable {
-    name: String,
-    reference: usize,
-    description: String,
-    causality: &'static str,
-    variability: &'static str,
-    initial: Option<&'static str>,
-    unit: Option<&'static str>,
-    start: Option<String>,
-    derivative_of: Option<Key>,
-    is_state: bool,
-}
-
-impl Variable {
-    fn new(name: impl Into<String>, reference: usize, description: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            reference,
-            // XML 1.0 cannot represent most control characters, not even as escapes.
-            description: description.into().replace(char::is_control, " "),
-            causality: "output",
-            variability: "continuous",
-            initial: Some("calculated"),
-            unit: None,
-            start: None,
-            derivative_of: None,
-            is_state: false,
-        }
-    }
-
-    fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = Some(unit);
-        self
-    }
-
-    fn parameter(mut self, value: f64) -> Self {
-        self.causality = "parameter";
-        self.variability = "tunable";
-        self.initial = Some("exact");
-        self.start = Some(format!("{value:?}"));
-        self
-    }
-
-    /// Marks a state variable. If it has a guess, initialization solves for its value, starting from
-    /// the guess; otherwise it is prescribed.
-    fn state(mut self, guess: Option<f64>) -> Self {
-        self.is_state = true;
-        if let Some(guess) = guess {
-            self.initial = Some("approx");
-            self.start = Some(format!("{guess:?}"));
-        }
-        self
-    }
-}
-
-/// Returns all variables, in the order of the model description.
-fn variables(interface: &Interface, layout: &Layout) -> Vec<Variable> {
-    let mut time = Variable::new("time", layout.time, "Time").unit("s");
-    (time.causality, time.initial) = ("independent", None);
-    let mut all = vec![time];
-    for (i, parameter) in interface.parameters.iter().enumerate() {
-        let name = format!("parameters.{}", parameter.name);
-        let variable = Variable::new(name, layout.parameters + i, &parameter.doc);
-        all.push(variable.parameter(parameter.value));
-    }
-    let step = Variable::new("solver.step", layout.step, "Longest internal step of Co-Simulation");
-    all.push(step.unit("s").parameter(STEP));
-    for (i, input) in interface.inputs.iter().enumerate() {
-        let name = format!("inputs.{input}");
-        let mut variable = Variable::new(name, layout.inputs + i, "Input, SI units");
-        (variable.causality, variable.initial) = ("input", None);
-        variable.start = Some("0.0".to_owned());
-        all.push(variable);
-    }
-    for (j, joint) in interface.joints.iter().enumerate() {
-        let variable = |letter: char, reference: usize, what: &str| {
-            let description = format!("{what} of joint {}", joint.name);
-            Variable::new(format!("joints.{}.{letter}", joint.name), reference, description)
-        };
-        let key =
-            |reference: usize, after: usize| Some(Key { index: all.len() + 1 + after, reference });
-        let guess = |value: f64| (!joint.driven).then_some(value);
-        let q = variable('q', layout.q + j, "Angle").unit("rad").state(guess(joint.initial_q));
-        let mut u =
-            variable('u', layout.u + j, "Speed").unit("rad/s").state(guess(joint.initial_u));
-        let mut a = variable('a', layout.a + j, "Acceleration").unit("rad/s2");
-        u.derivative_of = key(q.reference, 0);
-        a.derivative_of = key(u.reference, 1);
-        all.extend([q, u, a]);
-    }
-    for (i, point) in interface.points.iter().enumerate() {
-        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            let name = format!("points.{point}.{axis}");
-            let description = format!("Position of point {point} in the base frame");
-            all.push(Variable::new(name, layout.points + 3 * i + k, description).unit("m"));
-        }
-    }
-    let energy = |kind: &str, reference, what: &str| {
-        Variable::new(format!("energy.{kind}"), reference, what).unit("J")
-    };
-    all.push(energy("kinetic", layout.kinetic, "Kinetic energy"));
-    all.push(energy("potential", layout.potential, "Energy of gravity and springs"));
-    for joint in interface.driven() {
-        let name = &interface.joints[joint.index()].name;
-        let description = format!("Torque of the motor that drives joint {name}");
-        let reference = layout.motors + joint.index();
-        all.push(Variable::new(format!("motor.{name}"), reference, description).unit("N.m"));
-    }
-    all
 }
 
 /// Returns the files of the FMU with their paths in the archive. The same program always gives the same
@@ -213,10 +130,11 @@ fn context(interface: &Interface, version: Version, token: &str) -> Context {
     let keys = variables.iter().enumerate();
     let keys = keys.map(|(i, v)| (v, Key { index: i + 1, reference: v.reference }));
     let outputs = keys.clone().filter(|(v, _)| v.causality == "output").map(|(_, key)| key);
-    let mut derivatives: Vec<Key> =
-        keys.filter(|(v, _)| v.derivative_of.is_some()).map(|(_, key)| key).collect();
+    let derivative = |(v, key): (&Variable, Key)| Some((key, v.derivative_of?.reference));
+    let mut derivatives: Vec<_> = keys.filter_map(derivative).collect();
     // Derivatives have the order of the states: all q, then all u.
-    derivatives.sort_by_key(|key| key.reference);
+    derivatives.sort_by_key(|(_, state)| *state);
+    let derivatives: Vec<Key> = derivatives.into_iter().map(|(key, _)| key).collect();
     let mut context = Context::new();
     context.insert("version", env!("CARGO_PKG_VERSION"));
     context.insert("name", &interface.name);
@@ -234,12 +152,25 @@ fn context(interface: &Interface, version: Version, token: &str) -> Context {
         interface.parameters.iter().map(|p| c::constant(Real::Double, p.value)).collect();
     context.insert("parameter_values", &values);
     context.insert("inputs", &c::fields(&interface.inputs));
-    let (q, u) = (interface.joints.iter().map(|joint| joint.initial_q), interface.joints.iter());
-    let guess = q.chain(u.map(|joint| joint.initial_u));
-    context.insert("guess", &guess.map(|x| c::constant(Real::Double, x)).collect::<Vec<_>>());
+    let (joints, free) = (interface.joints.iter(), interface.free.iter());
+    let q = joints.clone().map(|joint| joint.initial_q).chain(free.clone().flat_map(|body| body.q));
+    let u = joints.map(|joint| joint.initial_u).chain(free.flat_map(|body| body.u));
+    let guess = q.chain(u).map(|x| c::constant(Real::Double, x));
+    context.insert("guess", &guess.collect::<Vec<_>>());
     let given = interface.joints.iter().map(|joint| usize::from(joint.initial_given));
     context.insert("given", &given.collect::<Vec<_>>());
+    context.insert("joints", &interface.joints.len());
+    context.insert("free_bodies", &interface.free.len());
+    // The numbers of joints, of coordinates and of continuous states, as C knows them.
+    let [pins, nq, states] = match interface.free.is_empty() {
+        true => ["N", "N", "2 * N"],
+        false => ["JOINTS", "NQ", "STATES"],
+    };
+    context.insert("pins", pins);
+    context.insert("nq", nq);
+    context.insert("states", states);
     context.insert("has_points", &!interface.points.is_empty());
+    context.insert("has_contacts", &!interface.contacts.is_empty());
     context.insert("has_drives", &!interface.driven().is_empty());
     context.insert("outputs", &outputs.collect::<Vec<_>>());
     context.insert("derivatives", &derivatives);

@@ -34,7 +34,24 @@ pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str
         Real::Float => "float32",
     };
     context.insert("dtype", dtype);
-    context.insert("n", &interface.joints.len());
+    context.insert("coordinates", &interface.coordinates());
+    context.insert("speeds", &interface.speeds());
+    let free: Vec<&String> = interface.free.iter().map(|body| &body.name).collect();
+    context.insert("free_bodies", &free);
+    // The lengths of q and u and the number of joints, as Python and C know them; what they are without free bodies.
+    let [nq, nu, joints, pins] = match free.is_empty() {
+        true => ["N", "N", "N", "self.N"],
+        false => ["NQ", "NU", "JOINTS", "len(self.JOINTS)"],
+    };
+    context.insert("nq", nq);
+    context.insert("nu", nu);
+    context.insert("nj", joints);
+    context.insert("pins", pins);
+    // Where q and u differ in length, the documentation says both.
+    let shape =
+        |lead: &str| if free.is_empty() { String::new() } else { format!(" ({lead}..., NQ)") };
+    context.insert("shape_of_q", &shape(""));
+    context.insert("shape_of_qs", &shape("S, "));
     context.insert("rows", &interface.rows);
     context.insert("loops", &interface.loops.len());
     context.insert("drives", &interface.driven().len());

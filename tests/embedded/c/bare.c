@@ -5,8 +5,8 @@
 int main(void)
 {
     static motion m;
-    if (motion_assemble(&m) == SIXBAR_OK)
-        while (motion_step(&m) == SIXBAR_OK)
+    if (motion_assemble(&m) == M(OK))
+        while (motion_step(&m) == M(OK))
             __asm__ volatile("" ::"r"(&m) : "memory");
     return 0;
 }

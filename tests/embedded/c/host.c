@@ -9,16 +9,16 @@ int main(int arguments, char **argument)
     int status = motion_assemble(&m);
     (void)argument;
     if (arguments > 1) {
-        printf("static const REAL start[SIXBAR_N] = {");
-        for (int i = 0; i < SIXBAR_N; i++)
+        printf("static const REAL start[NQ] = {");
+        for (int i = 0; i < NQ; i++)
             printf("(REAL)%a, ", (double)m.q[i]);
         printf("};\n");
         return status;
     }
-    for (int step = 0; step < STEPS && status == SIXBAR_OK; step++)
+    for (int step = 0; step < STEPS && status == M(OK); step++)
         status = motion_step(&m);
     printf("{\"coordinates\": [");
-    for (int i = 0; i < 2 * SIXBAR_N; i++)
+    for (int i = 0; i < NQ + NU; i++)
         printf("%s\"%016llx\"", i ? ", " : "", motion_bits(&m, i));
     printf("]}\n");
     return status;

@@ -90,7 +90,7 @@ __attribute__((noinline)) static uint32_t depth(int (*call)(motion *), int *stat
 
 int main(void)
 {
-    int status = SIXBAR_OK;
+    int status = M(OK);
     uint32_t assembly, stack = 0, longest = 0;
     unsigned long long sum = 0;
 
@@ -100,19 +100,20 @@ int main(void)
     uint32_t brief = spin_ticks(10000), twice = spin_ticks(20000);
 
     assembly = depth(motion_assemble, &status);
-    for (int i = 0; i < SIXBAR_N; i++) {
+    for (int i = 0; i < NQ; i++) {
         double off = m.q[i] - start[i];
         status |= !(off < NEAR && -off < NEAR);
         m.q[i] = start[i];
-        m.u[i] = 0;
     }
+    for (int i = 0; i < NU; i++)
+        m.u[i] = 0;
     for (int step = 0; step < STEPS; step++) {
         uint32_t taken = step_ticks(&status);
         sum += taken;
         longest = taken > longest ? taken : longest;
     }
     print("{\"coordinates\": [");
-    for (int i = 0; i < 2 * SIXBAR_N; i++) {
+    for (int i = 0; i < NQ + NU; i++) {
         print(i ? ", \"" : "\"");
         print_number(motion_bits(&m, i), 16, 16);
         print("\"");
@@ -135,6 +136,6 @@ int main(void)
     print(", \"step\": ");
     print_number(stack, 10, 1);
     print("}}\n");
-    finish(status != SIXBAR_OK);
+    finish(status != M(OK));
     return 0;
 }

@@ -1,43 +1,56 @@
-/* The motion that every target computes: the six-bar, released at its closed guess, for a second. */
+/* The motion that every target computes: a model, released at its initial state, for a second. Compiled with
+ * -DHEADER=".." -DMODEL=.. -DUPPER=.., and with -DFREE if it has free bodies. */
 #ifndef MOTION_H
 #define MOTION_H
 
-#include "sixbar.h"
+#include HEADER
 #ifdef START
 #include START
 #endif
 
 #define STEPS 1000
 
+#define JOIN_(a, b) a##_##b
+#define JOIN(a, b) JOIN_(a, b)
+#define F(name) JOIN(MODEL, name)
+#define M(name) JOIN(UPPER, name)
+#ifdef FREE
+#define NQ M(NQ)
+#define NU M(NU)
+#else
+#define NQ M(N)
+#define NU M(N)
+#endif
+
 typedef struct motion {
-    sixbar_params params;
-    sixbar_inputs inputs;
-    REAL t, q[SIXBAR_N], u[SIXBAR_N];
+    F(params) params;
+    F(inputs) inputs;
+    REAL t, q[NQ], u[NU];
 } motion;
 
 /* The initial state, loops closed. */
 static inline int motion_assemble(motion *m)
 {
     m->t = 0;
-    sixbar_params_default(&m->params);
-    sixbar_inputs_default(&m->inputs);
-    return sixbar_initial(m->q, m->u, &m->params, &m->inputs);
+    F(params_default)(&m->params);
+    F(inputs_default)(&m->inputs);
+    return F(initial)(m->q, m->u, &m->params, &m->inputs);
 }
 
 /* Advances the motion by a millisecond. */
 static inline int motion_step(motion *m)
 {
-    return sixbar_step_rk4(&m->t, m->q, m->u, (REAL)1e-3, &m->params, &m->inputs);
+    return F(step_rk4)(&m->t, m->q, m->u, (REAL)1e-3, &m->params, &m->inputs);
 }
 
-/* The bits of coordinate i of q (rad), then u (rad/s), as a double. */
+/* The bits of number i of q, then u, as a double. */
 static inline unsigned long long motion_bits(const motion *m, int i)
 {
     union {
         double value;
         unsigned long long bits;
     } coordinate;
-    coordinate.value = i < SIXBAR_N ? m->q[i] : m->u[i - SIXBAR_N];
+    coordinate.value = i < NQ ? m->q[i] : m->u[i - NQ];
     return coordinate.bits;
 }
 

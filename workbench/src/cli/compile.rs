@@ -49,10 +49,6 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
     let mut compiled = load_edited(&arguments.model, derivation, |model| {
         arguments.cut.iter().try_for_each(|joint| model.cut(joint))
     })?;
-    let interface = &compiled.program.interface;
-    if arguments.c.is_some() || arguments.header.is_some() || arguments.fmu.is_some() {
-        interface.without_free("C modules, Python modules and FMUs").map_err(fail)?;
-    }
     let real = match arguments.scalar {
         Scalar::F32 => Real::Float,
         Scalar::F64 | Scalar::Generic => Real::Double,

@@ -39,9 +39,10 @@ struct Exports<'a> {
     /// The types of the parameters and of the inputs.
     params: TokenStream,
     inputs: TokenStream,
-    /// Statements that bind `robot`: with the parameters and inputs of the caller, or with those of the
-    /// model.
+    /// Statements that bind `robot`: with the parameters and inputs of the caller, with the parameters only, or with
+    /// those of the model.
     with_numbers: TokenStream,
+    with_parameters: TokenStream,
     with_defaults: TokenStream,
 }
 
@@ -62,6 +63,10 @@ impl<'a> Exports<'a> {
             inputs,
             with_numbers: quote! {
                 let robot = #model #turbofish { params: *p, inputs: *inputs #bare };
+            },
+            with_parameters: quote! {
+                let inputs = ::core::default::Default::default();
+                let robot = #model #turbofish { params: *p, inputs #bare };
             },
             with_defaults: quote! {
                 let robot = <#model #generic as ::core::default::Default>::default();
@@ -217,8 +222,12 @@ impl<'a> Exports<'a> {
             let (name, ty) = (format_ident!("{}", output.name), self.array(output.shape));
             quote!(#name: *mut #ty)
         });
-        let reads_numbers = signature.inputs.contains(&Argument::Parameters);
-        let robot = if reads_numbers { &self.with_numbers } else { &self.with_defaults };
+        let reads = |argument| signature.inputs.contains(&argument);
+        let robot = match reads(Argument::Parameters) {
+            true if reads(Argument::Inputs) => &self.with_numbers,
+            true => &self.with_parameters,
+            false => &self.with_defaults,
+        };
         let given = signature.inputs.iter().filter_map(|argument| match argument {
             Argument::Time => Some(quote!(t)),
             Argument::Parameters | Argument::Inputs => None,
