@@ -24,6 +24,8 @@ pub enum Panel {
     Closure,
     /// Joint rates over joint angles
     Phase,
+    /// Sizes of the forces on contact points over time
+    Contacts,
     /// The paths of the points, seen along the axis of the base frame they move least along
     Paths,
 }
@@ -164,6 +166,18 @@ impl Panel {
                 let labels = [format!("angle, {unit}"), format!("rate, {unit}/s")];
                 let curves = motion.joints.iter().enumerate().map(curve).collect();
                 Chart { labels, curves, kind: Kind::Plane }
+            }
+            Self::Contacts => {
+                let force = |sample: &Sample, contact: usize| {
+                    let [.., x, y, z] = sample.contacts.get(contact).copied().unwrap_or_default();
+                    x.hypot(y).hypot(z)
+                };
+                let curve = |(contact, name): (usize, &String)| Curve {
+                    name: name.clone(),
+                    points: motion.samples.iter().map(|s| (s.t, force(s, contact))).collect(),
+                };
+                let curves = motion.contacts.iter().enumerate().map(curve).collect();
+                over_time("contact force, N".to_owned(), curves)
             }
             Self::Paths => paths(motion),
         }
