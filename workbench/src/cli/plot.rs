@@ -167,21 +167,22 @@ impl Panel {
                 let curves = motion.joints.iter().enumerate().map(curve).collect();
                 Chart { labels, curves, kind: Kind::Plane }
             }
-            Self::Contacts => {
-                let force = |sample: &Sample, contact: usize| {
-                    let [.., x, y, z] = sample.contacts.get(contact).copied().unwrap_or_default();
-                    x.hypot(y).hypot(z)
-                };
-                let curve = |(contact, name): (usize, &String)| Curve {
-                    name: name.clone(),
-                    points: motion.samples.iter().map(|s| (s.t, force(s, contact))).collect(),
-                };
-                let curves = motion.contacts.iter().enumerate().map(curve).collect();
-                over_time("contact force, N".to_owned(), curves)
-            }
+            Self::Contacts => over_time("contact force, N".to_owned(), contacts(motion)),
             Self::Paths => paths(motion),
         }
     }
+}
+
+fn contacts(motion: &Motion) -> Vec<Curve> {
+    let force = |sample: &Sample, contact: usize| {
+        let [.., x, y, z] = sample.contacts.get(contact).copied().unwrap_or_default();
+        x.hypot(y).hypot(z)
+    };
+    let curve = |(contact, name): (usize, &String)| Curve {
+        name: name.clone(),
+        points: motion.samples.iter().map(|sample| (sample.t, force(sample, contact))).collect(),
+    };
+    motion.contacts.iter().enumerate().map(curve).collect()
 }
 
 fn scalars(motion: &Motion, factor: f64, of: &[(&str, Quantity)]) -> Vec<Curve> {
