@@ -25,7 +25,8 @@
   scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.5), sun, sun.target);
   const world = new THREE.Group();
   scene.add(world);
-  let bodies = [], hinges = [], drawn = "";
+  let bodies = [], hinges = [], bands = [], arrows = [], drawn = "";
+  const UP = new THREE.Vector3(0, 1, 0);
 
   function build() {
     world.traverse((part) => { part.geometry?.dispose(); part.material?.dispose(); });
@@ -70,10 +71,32 @@
       dot.position.set(...point.at);
       bodies[point.body].add(dot);
     }
+    // Springs and tendons: a rod from point to point.
+    bands = model.bands.map((band) => ({ ...band, rods: band.through.slice(1).map(() => {
+      const rod = new THREE.Mesh(new THREE.CylinderGeometry(0.004 * size, 0.004 * size, 1, 8), new THREE.MeshBasicMaterial({ color: 0xc47014 }));
+      world.add(rod);
+      return rod;
+    }) }));
+    for (const wall of model.walls) {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(wall.lines.flat()), 3));
+      (bodies[wall.body] ?? world).add(new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: 0x96a0ac, transparent: true, opacity: 0.6 })));
+    }
+    // Contact points, and arrows for the forces on them, seen through whatever hides them.
+    arrows = model.contacts.map((contact) => {
+      const dot = new THREE.Mesh(new THREE.SphereGeometry(0.009 * size, 16, 12), new THREE.MeshBasicMaterial({ color: 0x168c48 }));
+      dot.position.set(...contact.at);
+      bodies[contact.body].add(dot);
+      const arrow = new THREE.ArrowHelper(UP, new THREE.Vector3(), 1, 0x168c48);
+      for (const part of [arrow.line, arrow.cone]) Object.assign(part, { renderOrder: 1 }).material.depthTest = false;
+      world.add(arrow);
+      return arrow;
+    });
     const [low, high] = model.extent.map((corner) => new THREE.Vector3(...corner));
     const middle = low.clone().add(high).multiplyScalar(0.5);
     const reach = Math.max(low.distanceTo(high) / 2, 1e-6);
-    const ground = low.z - 0.02 * size;
+    // What touches the ground sinks in a little, and is not hidden by it.
+    const ground = model.ground - 0.002 * size;
     const square = 10 ** Math.floor(Math.log10(reach / 3));
     const grid = new THREE.GridHelper(2 * square * Math.ceil(3 * reach / square), 2 * Math.ceil(3 * reach / square), 0x9aa3ae, 0x9aa3ae);
     grid.rotation.x = Math.PI / 2;
@@ -117,6 +140,11 @@
       entry.append(patch, name);
       return entry;
     }));
+    if (model.scale) {
+      const entry = document.createElement("span");
+      entry.textContent = `\u2191 contact forces: ${Number((1e3 * model.scale.length).toPrecision(6))} mm are ${model.scale.label}`;
+      $("legend").append(entry);
+    }
     document.querySelectorAll("h1").forEach((title) => { title.textContent = model.name; });
     document.title = model.name;
   }
@@ -141,6 +169,27 @@
       group.quaternion.fromArray(poses, 7 * before).slerp(turn.fromArray(poses, 7 * after), share);
       group.position.fromArray(poses, 7 * before + 4);
       group.position.lerp(new THREE.Vector3().fromArray(poses, 7 * after + 4), share);
+    });
+    const place = ({ body, at }) => new THREE.Vector3(...at).applyQuaternion(bodies[body].quaternion).add(bodies[body].position);
+    for (const { through, slack, rods } of bands) {
+      const points = through.map((point) => place(model.points[point]));
+      const lengths = rods.map((_, index) => points[index].distanceTo(points[index + 1]));
+      const thick = lengths.reduce((a, b) => a + b) > slack ? 1 : 0.4;
+      rods.forEach((rod, index) => {
+        rod.position.copy(points[index]).add(points[index + 1]).multiplyScalar(0.5);
+        rod.quaternion.setFromUnitVectors(UP, points[index + 1].clone().sub(points[index]).normalize());
+        rod.scale.set(thick, lengths[index], thick);
+      });
+    }
+    arrows.forEach((arrow, contact) => {
+      const forces = motion.forces[contact];
+      const force = new THREE.Vector3().fromArray(forces, 3 * before).lerp(new THREE.Vector3().fromArray(forces, 3 * after), share);
+      const length = model.scale ? force.length() / model.scale.force * model.scale.length : 0;
+      arrow.visible = length > 1e-3 * model.size;
+      if (!arrow.visible) return;
+      arrow.position.copy(place(model.contacts[contact]));
+      arrow.setDirection(force.normalize());
+      arrow.setLength(length, 0.25 * length, 0.12 * length);
     });
     hinges.forEach(({ line }, index) => {
       const on = index === state.hovered;
@@ -171,10 +220,12 @@
       { title: "speeds, deg/s", names: motion.joints, curves: deg(motion.u), joints: true },
       { title: "energy, J", names: ["kinetic", "potential"], curves: [motion.kinetic, motion.potential], joints: false },
     ];
+    const size = (forces) => motion.t.map((_, sample) => Math.hypot(...forces.slice(3 * sample, 3 * sample + 3)));
+    if (model.scale) shown.push({ title: "contact forces, N", names: model.contacts.map(({ name }) => name), curves: motion.forces.map(size), joints: false });
     const holder = $("plots");
     holder.replaceChildren();
-    // A fold has neither speeds nor energies.
-    plots = shown.slice(0, motion.unit === "s" ? 3 : 1).map((plot) => {
+    // A fold has neither speeds nor energies nor forces.
+    plots = shown.slice(0, motion.unit === "s" ? 4 : 1).map((plot) => {
       const title = document.createElement("h2");
       title.textContent = plot.title;
       const canvas = document.createElement("canvas");
@@ -403,7 +454,7 @@
       problem.hidden = false;
       problem.textContent = `The ${motion.unit === "s" ? "simulation" : "fold"} ended early: the motion ends at ${end()} ${motion.unit}.`;
     }
-    const { extent, ...shape } = model;
+    const { extent, ground, walls, ...shape } = model;
     if (built !== JSON.stringify(shape)) {
       built = JSON.stringify(shape);
       build();
@@ -492,7 +543,7 @@
   }
 
   // For tests, and for the curious.
-  window.viewer = { state, go, play, camera, bodies: () => bodies, hinges: () => hinges, motion: () => motion };
+  window.viewer = { state, go, play, camera, bodies: () => bodies, hinges: () => hinges, bands: () => bands, arrows: () => arrows, motion: () => motion };
   if (data) {
     show(data);
     play(end() > motion.t[0]);

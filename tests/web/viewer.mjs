@@ -23,7 +23,9 @@ for (const colorScheme of ["light", "dark"]) {
     await page.waitForTimeout(300);
     check("space pauses", await time(page) === paused);
 
-    const sample = Math.floor(motion.t.length / 3);
+    // Before a sample at which something carries weight, if anything ever does.
+    const loaded = motion.t.findIndex((_, sample) => sample > 0 && motion.forces.some((forces) => forces[3 * sample + 2] > 0));
+    const sample = loaded > 0 ? loaded - 1 : Math.floor(motion.t.length / 3);
     await page.locator("#scrub").fill(String(motion.t[sample]));
     await settled(page);
     check("scrubs", await time(page) === motion.t[sample]);
@@ -35,6 +37,45 @@ for (const colorScheme of ["light", "dark"]) {
     await page.locator("body").click({ position: { x: 2, y: 2 } });
     await page.keyboard.press("ArrowRight");
     check("an arrow steps by a sample", Math.abs(await time(page) - motion.t[sample + 1]) < 1e-9);
+
+    await settled(page);
+    // Springs end at their points. Arrows start at contact points, and are as long as the legend says.
+    const { ends, arrows } = await page.evaluate(() => ({
+      ends: viewer.bands().map(({ rods }) => [-0.5, 0.5].map((end, side) => {
+        const rod = side ? rods.at(-1) : rods[0];
+        rod.updateMatrixWorld();
+        return rod.position.clone().set(0, end, 0).applyMatrix4(rod.matrixWorld).toArray();
+      })),
+      arrows: viewer.arrows().map((arrow) => {
+        const up = arrow.position.clone().set(0, 1, 0).applyQuaternion(arrow.quaternion);
+        return { visible: arrow.visible, from: arrow.position.toArray(), to: up.toArray(), length: arrow.line.scale.y + arrow.cone.scale.y };
+      }),
+    }));
+    const at = sample + 1;
+    const placedAt = ({ body, at: [x, y, z] }) => {
+      const [i, j, k, w, ...p] = motion.poses[body].slice(7 * at, 7 * at + 7);
+      const [s, t, u] = [2 * (j * z - k * y), 2 * (k * x - i * z), 2 * (i * y - j * x)];
+      return [x + w * s + j * u - k * t + p[0], y + w * t + k * s - i * u + p[1], z + w * u + i * t - j * s + p[2]];
+    };
+    const apart = (a, b) => Math.hypot(...a.map((part, axis) => part - b[axis]));
+    model.bands.forEach(({ name, through }, band) => [through[0], through.at(-1)].forEach((point, side) => {
+      const error = apart(ends[band][side], placedAt(model.points[point]));
+      check(`${name} ends at its point`, error < 1e-6, error);
+    }));
+    let seenForces = 0;
+    arrows.forEach(({ visible, from, to, length }, contact) => {
+      const force = motion.forces[contact].slice(3 * at, 3 * at + 3);
+      const expected = Math.hypot(...force) * (model.scale?.length ?? 0) / (model.scale?.force ?? 1);
+      check(`${model.contacts[contact].name} has an arrow if there is a force`, visible === expected > 1e-3 * model.size, expected);
+      if (!visible) return;
+      seenForces++;
+      const error = apart(from, placedAt(model.contacts[contact])) + Math.abs(length - expected)
+        + length * apart(to, force.map((part) => part / Math.hypot(...force)));
+      check("its arrow shows it", error < 1e-6, error);
+    });
+    check("some contact carries a force", seenForces > 0 || model.contacts.length === 0);
+    const legend = await page.locator("#legend").textContent();
+    check("the scale of forces is stated", !model.scale || legend.includes(model.scale.label), legend);
 
     // A hinge in the picture: its name appears where the mouse points at it.
     await page.evaluate(() => { viewer.go(0); });

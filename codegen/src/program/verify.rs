@@ -54,11 +54,11 @@ pub fn verify(program: &Program) -> Result<(), VerifyError> {
 
 /// Checks the numbers that are not the lengths of lists.
 fn counts(interface: &Interface) -> Result<(), VerifyError> {
-    let (speeds, residuals) = (interface.speeds(), 9 * interface.loops.len());
+    let residuals = 9 * interface.loops.len();
     let counts = [
         ("closure rows", interface.rows, residuals),
         ("independent equations", interface.rank, residuals),
-        ("degrees of freedom", interface.mobility, speeds),
+        ("degrees of freedom", interface.mobility, interface.speeds()),
     ];
     match counts.into_iter().find(|(_, count, most)| count > most) {
         Some((what, ..)) => Err(VerifyError::Count(what)),

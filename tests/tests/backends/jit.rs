@@ -18,7 +18,7 @@ where
     Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
 {
     let d = system.dimensions();
-    let n = d.coordinates;
+    let n = d.speeds;
     let (mut rates, mut lambda) = (vec![0.0; n], vec![0.0; d.rows + d.drives]);
     let mut workspace = system.workspace();
     acceleration_and_forces(system, t, q, u, workspace.as_mut(), &mut rates, &mut lambda)
@@ -30,12 +30,12 @@ where
     let poses = system.poses(&position).unwrap().as_ref().as_flattened().to_vec();
     let points = system.points(&position).unwrap().as_ref().as_flattened().to_vec();
     let at = Balance { t, q, u, acceleration: &rates, multipliers: &lambda[..d.rows] };
-    let mut reactions = vec![0.0; 6 * n];
+    let mut reactions = vec![0.0; 6 * d.joints];
     system.write_reactions(at, &mut reactions).unwrap();
     let mut contacts = vec![0.0; 6 * d.contacts];
     system.write_contacts(t, q, u, &mut contacts).unwrap();
     let (parameters, inputs) = (vec![0.3; d.parameters], vec![0.7; d.inputs]);
-    let change = Change { t: 0.5, q: u, u: q, parameters: &parameters, inputs: &inputs };
+    let change = Change { t: 0.5, q: u, u: &q[..n], parameters: &parameters, inputs: &inputs };
     let (mut forces, mut closure) = (vec![0.0; n], vec![0.0; d.rows]);
     system.write_tangent(at, change, &mut forces, &mut closure).unwrap();
     let mut drives = Vec::new();

@@ -70,10 +70,10 @@ fn a_spinning_book_keeps_its_energy_and_angular_momentum() {
     let (mut last, mut sign) = (0.0, 1.0);
     run(&book, &mut state, 100.0, |s| {
         let now = book.momentum(&s.q, &s.u).unwrap();
-        worst[0] = keep_largest(worst[0], energy(s) / first - 1.0);
+        worst[0] = keep_largest(worst[0], (energy(s) / first - 1.0).abs());
         worst[1] =
             keep_largest(worst[1], distance(&now.angular, &before.angular) / norm(&before.angular));
-        worst[2] = keep_largest(worst[2], norm(&s.q[3..]) - 1.0);
+        worst[2] = keep_largest(worst[2], (norm(&s.q[3..]) - 1.0).abs());
         turns += (s.t - last) * norm(&s.u[3..]) / (2.0 * PI);
         last = s.t;
         if s.u[4] * sign < 0.0 {

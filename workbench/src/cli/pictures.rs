@@ -9,7 +9,7 @@ use lamc::laminate::Mechanism;
 use lamc_workbench::motion::Motion;
 use lamc_workbench::page;
 use lamc_workbench::picture::{Encoder, Picture, Renderer, View};
-use lamc_workbench::scene::{Scene, poses_at};
+use lamc_workbench::scene::{Moment, Scene, moment_at};
 
 use super::interrupt::{self, EXIT_INTERRUPTED};
 use super::{Failed, Outcome, fail, misused, output};
@@ -91,8 +91,8 @@ impl Pictures {
         let mut renderer = Renderer::new(&scene, motion, view, self.size);
         let series = self.png.as_deref().filter(|path| name_of(path).contains('#'));
         if let (Some(path), None) = (&self.png, series) {
-            let end = motion.samples.last().map_or(&[][..], |sample| &sample.poses);
-            output::write(path, &png(&renderer.draw(end))?)?;
+            let end = motion.samples.last().map_or_else(Moment::default, Moment::from);
+            output::write(path, &png(&renderer.draw(&end))?)?;
         }
         match (&self.video, series) {
             (None, None) => Ok(()),
@@ -172,7 +172,7 @@ fn each_picture(
                 .iter_mut()
                 .zip(shares)
                 .map(|(renderer, times)| {
-                    let draw = |t: &f64| renderer.draw(&poses_at(motion, *t));
+                    let draw = |t: &f64| renderer.draw(&moment_at(motion, *t));
                     scope.spawn(move || times.iter().map(draw).collect::<Vec<_>>())
                 })
                 .collect();

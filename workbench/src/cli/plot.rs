@@ -24,6 +24,8 @@ pub enum Panel {
     Closure,
     /// Joint rates over joint angles
     Phase,
+    /// Sizes of the forces on contact points over time
+    Contacts,
     /// The paths of the points, seen along the axis of the base frame they move least along
     Paths,
 }
@@ -165,9 +167,22 @@ impl Panel {
                 let curves = motion.joints.iter().enumerate().map(curve).collect();
                 Chart { labels, curves, kind: Kind::Plane }
             }
+            Self::Contacts => over_time("contact force, N".to_owned(), contacts(motion)),
             Self::Paths => paths(motion),
         }
     }
+}
+
+fn contacts(motion: &Motion) -> Vec<Curve> {
+    let force = |sample: &Sample, contact: usize| {
+        let [.., x, y, z] = sample.contacts.get(contact).copied().unwrap_or_default();
+        x.hypot(y).hypot(z)
+    };
+    let curve = |(contact, name): (usize, &String)| Curve {
+        name: name.clone(),
+        points: motion.samples.iter().map(|sample| (sample.t, force(sample, contact))).collect(),
+    };
+    motion.contacts.iter().enumerate().map(curve).collect()
 }
 
 fn scalars(motion: &Motion, factor: f64, of: &[(&str, Quantity)]) -> Vec<Curve> {

@@ -9,7 +9,7 @@ use tera::{Context, Tera};
 
 use crate::motion::{Motion, Sample};
 use crate::picture::View;
-use crate::scene::{Placement, Rgb, Scene};
+use crate::scene::{ForceScale, Marker, Placement, Rgb, Scene};
 use lamc::laminate::Mechanism;
 
 /// The data of a page. Lengths are in m and angles in rad; most numbers have single precision.
@@ -62,8 +62,16 @@ struct Model<'a> {
     materials: Vec<(&'a str, String)>,
     /// Colours of triangles.
     colors: Vec<String>,
+    bands: Vec<Band<'a>>,
+    contacts: Vec<Point<'a>>,
+    /// How long arrows of contact forces are.
+    scale: Option<Scale>,
     /// Lower and upper corner of the box around the whole motion.
     extent: [[f32; 3]; 2],
+    /// Height of the ground.
+    ground: f64,
+    /// Other planes that are touched.
+    walls: Vec<Wall>,
 }
 
 #[derive(Serialize)]
@@ -89,6 +97,30 @@ struct Point<'a> {
     at: [f32; 3],
 }
 
+/// A spring or tendon.
+#[derive(Serialize)]
+struct Band<'a> {
+    name: &'a str,
+    /// Indices of points.
+    through: &'a [usize],
+    slack: f64,
+}
+
+/// A part of a plane.
+#[derive(Serialize)]
+struct Wall {
+    body: Option<usize>,
+    /// Both ends of each line.
+    lines: Vec<[f32; 3]>,
+}
+
+#[derive(Serialize)]
+struct Scale {
+    length: f64,
+    force: f64,
+    label: String,
+}
+
 /// Lists by sample, one list for each joint or body.
 #[derive(Serialize)]
 struct Curves<'a> {
@@ -103,6 +135,8 @@ struct Curves<'a> {
     potential: Vec<f32>,
     /// Quaternion (x, y, z, w) and origin, seven numbers per sample.
     poses: Vec<Vec<f32>>,
+    /// Forces on contact points, three numbers per sample.
+    forces: Vec<Vec<f32>>,
     /// Whether the motion was simulated to its end.
     complete: bool,
 }
@@ -198,22 +232,45 @@ fn model<'a>(scene: &'a Scene, motion: &Motion) -> Model<'a> {
         body: hinge.body,
         ends: [single(&hinge.ends[0]), single(&hinge.ends[1])],
     });
-    let points = scene.points.iter().map(|point| Point {
-        name: &point.name,
-        body: point.body,
-        at: single(&point.at),
+    let extent = scene.extent(motion);
+    let scale = ForceScale::of(motion).map(|scale| Scale {
+        length: scale.length,
+        force: scale.force,
+        label: scale.label(),
     });
-    let [low, high] = scene.extent(motion);
+    let walls = scene.walls(&extent).into_iter().map(|wall| Wall {
+        body: wall.body,
+        lines: wall.lines.iter().flatten().map(single).collect(),
+    });
+    let bands = scene.bands.iter().map(|band| Band {
+        name: &band.name,
+        through: &band.through,
+        slack: band.slack,
+    });
     Model {
         name: &scene.name,
         size: scene.size,
         bodies,
         hinges: hinges.collect(),
-        points: points.collect(),
+        points: marked(&scene.points),
+        bands: bands.collect(),
+        contacts: marked(&scene.contacts),
+        scale,
         materials: scene.materials.iter().map(|(name, color)| (&**name, hex(*color))).collect(),
         colors: colors.into_iter().map(hex).collect(),
-        extent: [single(&low), single(&high)],
+        extent: extent.each_ref().map(single),
+        ground: scene.ground(&extent),
+        walls: walls.collect(),
     }
+}
+
+fn marked(markers: &[Marker]) -> Vec<Point<'_>> {
+    let points = markers.iter().map(|marker| Point {
+        name: &marker.name,
+        body: marker.body,
+        at: single(&marker.at),
+    });
+    points.collect()
 }
 
 fn curves(motion: &Motion) -> Curves<'_> {
@@ -232,10 +289,19 @@ fn curves(motion: &Motion) -> Curves<'_> {
         u: joints.map(|joint| each(&|sample| sample.u[joint])).collect(),
         kinetic: each(&|sample| sample.energy.kinetic),
         potential: each(&|sample| sample.energy.potential),
+        forces: (0..motion.contacts.len())
+            .map(|contact| samples.iter().flat_map(|sample| force(sample, contact)).collect())
+            .collect(),
         poses: (0..motion.bodies.len())
             .map(|body| samples.iter().flat_map(|sample| pose(sample, body)).collect())
             .collect(),
     }
+}
+
+/// The force on a contact point; a fold knows none.
+fn force(sample: &Sample, contact: usize) -> [f32; 3] {
+    let [.., x, y, z] = sample.contacts.get(contact).copied().unwrap_or_default();
+    [x, y, z].map(|number| number as f32)
 }
 
 /// The quaternion and the origin of a body.

@@ -3,7 +3,7 @@
 use nalgebra::{Vector3, Vector4};
 
 use super::{Camera, Picture};
-use crate::scene::Rgb;
+use crate::scene::{Rgb, round_up};
 
 /// Red, green and blue light, 0 to 1 and linear; the fourth number is unused.
 pub type Linear = Vector4<f32>;
@@ -28,8 +28,8 @@ impl Canvas {
         Self { width, height, pixels: vec![Linear::zeros(); width * height] }
     }
 
-    /// Lengths are given for pictures 600 pixels high.
-    fn unit(&self) -> f64 {
+    /// Pixels of one unit: lengths are given for pictures 600 pixels high.
+    pub fn unit(&self) -> f64 {
         self.width.min(self.height) as f64 / 600.0
     }
 
@@ -100,6 +100,19 @@ impl Canvas {
         }
     }
 
+    /// Writes a force: a text that ends at a place, of the characters that there are strokes for.
+    pub fn label(&mut self, text: &str, [right, middle]: [f64; 2], color: Linear) {
+        let (unit, mut left) = (self.unit(), right);
+        for letter in text.chars().rev() {
+            left -= 10.0 * unit;
+            for [x0, y0, x1, y1] in strokes(letter) {
+                let place =
+                    |x: f64, y: f64| [left + (5.0 + 5.0 * x) * unit, middle - 6.0 * unit * y, 0.0];
+                self.line([place(*x0, *y0), place(*x1, *y1)], 1.5, color, |_| 1.0);
+            }
+        }
+    }
+
     /// Converts light to the numbers of a screen (sRGB).
     pub fn picture(&self) -> Picture {
         let curve: Vec<u8> = (0..=4095_u16)
@@ -108,6 +121,43 @@ impl Canvas {
         let part = |light: f32| curve[(light.clamp(0.0, 1.0) * 4095.0) as usize];
         let rgb = self.pixels.iter().flat_map(|p| [part(p.x), part(p.y), part(p.z)]).collect();
         Picture { width: self.width, height: self.height, rgb }
+    }
+}
+
+/// Strokes of a character in a square from -1 to 1, y upwards.
+fn strokes(letter: char) -> &'static [[f64; 4]] {
+    match letter {
+        '0' => &[
+            [-0.5, -1.0, 0.5, -1.0],
+            [0.5, -1.0, 0.5, 1.0],
+            [0.5, 1.0, -0.5, 1.0],
+            [-0.5, 1.0, -0.5, -1.0],
+        ],
+        '1' => &[[-0.4, 0.6, 0.1, 1.0], [0.1, 1.0, 0.1, -1.0]],
+        '2' => &[
+            [-0.5, 1.0, 0.5, 1.0],
+            [0.5, 1.0, 0.5, 0.1],
+            [0.5, 0.1, -0.5, -1.0],
+            [-0.5, -1.0, 0.5, -1.0],
+        ],
+        '5' => &[
+            [0.5, 1.0, -0.4, 1.0],
+            [-0.4, 1.0, -0.5, 0.1],
+            [-0.5, 0.1, 0.5, 0.1],
+            [0.5, 0.1, 0.5, -1.0],
+            [0.5, -1.0, -0.5, -1.0],
+        ],
+        'N' => &[[-0.6, -1.0, -0.6, 1.0], [-0.6, 1.0, 0.6, -1.0], [0.6, -1.0, 0.6, 1.0]],
+        'k' => &[[-0.5, -1.0, -0.5, 1.0], [0.5, 0.3, -0.5, -0.3], [-0.2, -0.1, 0.5, -1.0]],
+        'm' => &[
+            [-0.7, -1.0, -0.7, 0.2],
+            [-0.7, 0.2, 0.7, 0.2],
+            [0.0, 0.2, 0.0, -1.0],
+            [0.7, 0.2, 0.7, -1.0],
+        ],
+        'n' => &[[-0.5, -1.0, -0.5, 0.2], [-0.5, 0.2, 0.5, 0.2], [0.5, 0.2, 0.5, -1.0]],
+        'u' => &[[-0.5, 0.2, -0.5, -1.0], [-0.5, -1.0, 0.5, -1.0], [0.5, -1.0, 0.5, 0.2]],
+        _ => &[],
     }
 }
 
@@ -124,7 +174,7 @@ pub fn background(camera: &Camera, shadows: &[Vector3<f64>], ground: f64) -> Vec
     let low = shadows.iter().fold(start, |low, point| low.inf(point));
     let high = shadows.iter().fold(start, |high, point| high.sup(point));
     let (middle, reach) = ((low + high) / 2.0, (high - low).norm().max(f64::MIN_POSITIVE));
-    let square = square(reach / 12.0);
+    let square = round_up(reach / 12.0);
     let [width, height] = camera.size;
     let [paper, line] = [linear([246, 247, 249]), linear([205, 210, 217])];
     let mut pixels = Vec::with_capacity(width * height);
@@ -152,14 +202,4 @@ pub fn background(camera: &Camera, shadows: &[Vector3<f64>], ground: f64) -> Vec
         }
     }
     pixels
-}
-
-/// The nearest of 1, 2, 5, 10, ... (powers of ten) not below a length.
-pub fn square(length: f64) -> f64 {
-    let decade = 10.0_f64.powf(length.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|step| step * decade)
-        .into_iter()
-        .find(|step| *step >= length)
-        .unwrap_or(length)
 }

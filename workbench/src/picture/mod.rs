@@ -1,6 +1,7 @@
 //! Pictures of a mechanism, drawn in software: a z-buffer with two by two
-//! samples per pixel, sunlight with shadows, edges between faces, hinge lines.
+//! samples per pixel, sunlight with shadows, edges between faces, hinge lines, springs, contact forces.
 
+mod annotations;
 mod camera;
 mod canvas;
 mod light;
@@ -16,7 +17,7 @@ use self::canvas::{Canvas, Linear, linear};
 use self::light::Light;
 use self::raster::{NOTHING, Raster};
 use crate::motion::{Motion, Pose};
-use crate::scene::{Placement, Scene};
+use crate::scene::{ForceScale, Moment, Placement, Scene, Wall, box_around};
 
 /// Samples per pixel in each direction.
 const FINE: usize = 2;
@@ -41,6 +42,9 @@ pub struct Renderer<'a> {
     light: Light,
     /// Height of the ground, m.
     ground: f64,
+    walls: Vec<Wall>,
+    /// Of the arrows of contact forces, and how far from the eye it holds, m.
+    scale: Option<(ForceScale, f64)>,
     background: Vec<Linear>,
     seen: Raster,
     /// Of the bodies' triangles, in order: colour, unit normal, face.
@@ -59,9 +63,11 @@ impl<'a> Renderer<'a> {
     /// A renderer that shows the whole of a motion, for pictures of a size in pixels.
     pub fn new(scene: &'a Scene, motion: &Motion, view: View, size: [usize; 2]) -> Self {
         let mut points = scene.swept(motion);
-        let lowest = points.iter().map(|point| point.z).fold(f64::INFINITY, f64::min);
-        let ground = lowest - 0.02 * scene.size;
+        let extent = box_around(&points);
+        let (ground, walls) = (scene.ground(&extent), scene.walls(&extent));
         let camera = Camera::framing(&points, view, size);
+        let depth = camera.project(&((extent[0] + extent[1]) / 2.0))[2];
+        let scale = ForceScale::of(motion).map(|scale| (scale, depth));
         // Shadows fall on the ground, too.
         let (azimuth, elevation) = (view.azimuth - 0.7, 0.95);
         let light = Light::new(azimuth, elevation, &points);
@@ -82,12 +88,12 @@ impl<'a> Renderer<'a> {
         }
         let [width, height] = size;
         let seen = Raster::new(FINE * width, FINE * height);
-        Self { scene, camera, light, ground, background, seen, surfaces }
+        Self { scene, camera, light, ground, walls, scale, background, seen, surfaces }
     }
 
-    /// The picture at given poses.
-    pub fn draw(&mut self, poses: &[Pose]) -> Picture {
-        self.rasterise(poses);
+    /// The picture of a moment.
+    pub fn draw(&mut self, moment: &Moment) -> Picture {
+        self.rasterise(&moment.poses);
         let [width, height] = self.camera.size;
         let mut canvas = Canvas::new(width, height);
         for y in 0..height {
@@ -95,7 +101,7 @@ impl<'a> Renderer<'a> {
                 canvas.pixels[y * width + x] = self.pixel(x, y);
             }
         }
-        self.annotate(&mut canvas, poses);
+        self.annotate(&mut canvas, moment);
         canvas.picture()
     }
 
@@ -184,41 +190,6 @@ impl<'a> Renderer<'a> {
             }
             None => color,
         }
-    }
-
-    /// Draws hinge lines, points and the axes of the base frame over the bodies.
-    fn annotate(&self, canvas: &mut Canvas, poses: &[Pose]) {
-        // Hinge lines lie inside their sheet: they are brought forward by about its thickness.
-        let forward = self.camera.back * (0.01 * self.scene.size);
-        let see = |point: Vector3<f64>| {
-            let [x, y, _] = self.camera.project(&point);
-            [x, y, 1.0 / self.camera.project(&(point + forward))[2]]
-        };
-        let shown = |at: &[f64; 3]| self.visible(at);
-        for hinge in &self.scene.hinges {
-            let pose = Placement::of(poses, hinge.body);
-            let ends = hinge.ends.map(|end| see(pose.apply(&end)));
-            canvas.line(ends, 2.0, linear([214, 48, 49]), shown);
-        }
-        for point in &self.scene.points {
-            let at = see(Placement::of(poses, point.body).apply(&point.at));
-            canvas.line([at, at], 7.0, linear([20, 60, 120]), shown);
-        }
-        canvas.axes(&self.camera);
-    }
-
-    /// How much of a pixel something is seen at, given where it is and its nearness; what is
-    /// hidden shines through a little.
-    fn visible(&self, [x, y, near]: &[f64; 3]) -> f32 {
-        let [column, row] = [x, y].map(|at| FINE * at.floor() as usize);
-        let mut free = 0;
-        for row in row..row + FINE {
-            for column in column..column + FINE {
-                let index = row * self.seen.width + column;
-                free += usize::from(f64::from(self.seen.near[index]) <= *near);
-            }
-        }
-        0.12 + 0.88 * free as f32 / (FINE * FINE) as f32
     }
 }
 

@@ -1,14 +1,16 @@
-//! The appearance of a mechanism: solids in flat coordinates, hinge lines, points. The pictures
+//! The appearance of a mechanism: solids in flat coordinates, hinge lines, points, springs, contacts. The pictures
 //! (`picture/`) and the viewer page (`page/`) are drawn from it.
 
 mod mesh;
 mod palette;
 mod poses;
 mod solid;
+mod touch;
 
 pub use mesh::{Mesh, Triangle};
 pub use palette::Rgb;
-pub use poses::{Placement, poses_at};
+pub use poses::{Moment, Placement, moment_at};
+pub use touch::{Band, ContactPlane, ForceScale, Wall, round_up};
 
 use nalgebra::Vector3;
 
@@ -26,6 +28,12 @@ pub struct Scene {
     pub hinges: Vec<HingeLine>,
     /// Output points.
     pub points: Vec<Marker>,
+    /// Springs between points, and tendons.
+    pub bands: Vec<Band>,
+    /// Contact points, in the order of the recorded forces.
+    pub contacts: Vec<Marker>,
+    /// The planes that they touch, but for plates.
+    pub planes: Vec<ContactPlane>,
     /// The visible materials and their colours.
     pub materials: Vec<(String, Rgb)>,
     /// Diagonal of the flat bounding box, m.
@@ -108,6 +116,9 @@ impl Scene {
             bodies: bodies.collect(),
             hinges,
             points: points.collect(),
+            bands: touch::bands(mechanism),
+            contacts: touch::contacts(mechanism),
+            planes: touch::planes(mechanism),
             materials,
             size: mechanism.size,
         }
@@ -140,8 +151,12 @@ impl Scene {
 
     /// The lower and the upper corner of the box around a motion, base frame, m.
     pub fn extent(&self, motion: &Motion) -> [Vector3<f64>; 2] {
-        let swept = self.swept(motion);
-        let first = swept.first().copied().unwrap_or_default();
-        swept.iter().fold([first; 2], |[low, high], point| [low.inf(point), high.sup(point)])
+        box_around(&self.swept(motion))
     }
+}
+
+/// The lower and the upper corner of the box around points, m.
+pub fn box_around(points: &[Vector3<f64>]) -> [Vector3<f64>; 2] {
+    let first = points.first().copied().unwrap_or_default();
+    points.iter().fold([first; 2], |[low, high], point| [low.inf(point), high.sup(point)])
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use crate::motion::{Motion, Pose};
+use crate::motion::{Motion, Pose, Sample};
 
 /// The pose of a body.
 #[derive(Clone, Copy, Debug)]
@@ -36,29 +36,47 @@ impl Placement {
     }
 }
 
-/// Poses of all bodies at a time, s: between samples, bodies turn uniformly and their origins move
-/// on straight lines; before the first sample and after the last one, they rest.
-pub fn poses_at(motion: &Motion, t: f64) -> Vec<Pose> {
+/// What a picture shows of a motion at one time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// The poses of all bodies.
+    pub poses: Vec<Pose>,
+    /// The forces on contact points, N, in the base frame; none if they are not known.
+    pub forces: Vec<[f64; 3]>,
+}
+
+impl From<&Sample> for Moment {
+    fn from(sample: &Sample) -> Self {
+        let forces = sample.contacts.iter().map(|[.., x, y, z]| [*x, *y, *z]);
+        Self { poses: sample.poses.clone(), forces: forces.collect() }
+    }
+}
+
+/// A motion at a time, s: between samples, bodies turn uniformly, their origins move
+/// on straight lines, and forces change uniformly; before the first sample and after the last one, all rests.
+pub fn moment_at(motion: &Motion, t: f64) -> Moment {
     let after = motion.samples.partition_point(|sample| sample.t < t);
     let (Some(before), Some(after)) = (
         motion.samples.get(after.saturating_sub(1)),
         motion.samples.get(after).or(motion.samples.last()),
     ) else {
-        return Vec::new();
+        return Moment::default();
     };
     let whole = after.t - before.t;
     let share = if whole > 0.0 { ((t - before.t) / whole).clamp(0.0, 1.0) } else { 0.0 };
-    (0..before.poses.len().min(after.poses.len()))
-        .map(|body| {
-            let [a, b] = [before, after].map(|sample| Placement::of(&sample.poses, body));
-            let (from, to) = (a.quaternion(), b.quaternion());
-            let turned = from.try_slerp(&to, share, 1e-12).unwrap_or(to).to_rotation_matrix();
-            Pose {
-                rotation: turned.matrix().transpose().data.0,
-                translation: a.position.lerp(&b.position, share).into(),
-            }
-        })
-        .collect()
+    let poses = (0..before.poses.len().min(after.poses.len())).map(|body| {
+        let [a, b] = [before, after].map(|sample| Placement::of(&sample.poses, body));
+        let (from, to) = (a.quaternion(), b.quaternion());
+        let turned = from.try_slerp(&to, share, 1e-12).unwrap_or(to).to_rotation_matrix();
+        Pose {
+            rotation: turned.matrix().transpose().data.0,
+            translation: a.position.lerp(&b.position, share).into(),
+        }
+    });
+    let [from, to] = [before, after].map(|sample| Moment::from(sample).forces);
+    let forces = from.into_iter().zip(to);
+    let forces = forces.map(|(a, b)| Vector3::from(a).lerp(&Vector3::from(b), share).into());
+    Moment { poses: poses.collect(), forces: forces.collect() }
 }
 
 #[cfg(test)]
@@ -66,7 +84,7 @@ mod tests {
     use lamc_runtime::Energy;
 
     use super::*;
-    use crate::motion::{Course, Sample};
+    use crate::motion::Course;
 
     /// A body that turns about z at 3 rad/s while its origin moves along x at 2 m/s.
     fn pose(t: f64) -> Pose {
@@ -87,7 +105,7 @@ mod tests {
             energy: Energy { kinetic: 0.0, potential: 0.0 },
             closure: 0.0,
             points: Vec::new(),
-            contacts: Vec::new(),
+            contacts: vec![[0.0, 0.0, 0.0, t, 2.0, -t]],
             poses: vec![pose(t)],
         };
         let motion = Motion {
@@ -97,7 +115,7 @@ mod tests {
             joints: Vec::new(),
             bodies: vec!["body".to_owned()],
             points: Vec::new(),
-            contacts: Vec::new(),
+            contacts: vec!["foot".to_owned()],
             size: 1.0,
             samples: [0.5, 0.6, 0.9].map(sample).to_vec(),
             complete: true,
@@ -105,13 +123,16 @@ mod tests {
         for (t, expected) in
             [(0.0, 0.5), (0.5, 0.5), (0.53, 0.53), (0.6, 0.6), (0.87, 0.87), (2.0, 0.9)]
         {
-            let [found, wanted] = [poses_at(&motion, t)[0], pose(expected)];
+            let Moment { poses, forces } = moment_at(&motion, t);
+            let [found, wanted] = [poses[0], pose(expected)];
             let pairs = found.rotation.iter().flatten().zip(wanted.rotation.iter().flatten());
             let pairs = pairs.chain(found.translation.iter().zip(&wanted.translation));
             for (found, wanted) in pairs {
                 assert!((found - wanted).abs() < 1e-12, "{found} is not {wanted} at {t}");
             }
+            let [[x, y, z]] = *forces else { panic!("{forces:?}") };
+            assert!((x - expected).abs() < 1e-12 && y == 2.0 && z == -x, "{forces:?} at {t}");
         }
-        assert!(poses_at(&Motion { samples: Vec::new(), ..motion }, 0.0).is_empty());
+        assert_eq!(moment_at(&Motion { samples: Vec::new(), ..motion }, 0.0), Moment::default());
     }
 }

@@ -92,7 +92,7 @@ fn corners_are_where_the_poses_say() {
             }
             let mut renderer = Renderer::new(&scene, &motion, View::default(), SIZE);
             for sample in &motion.samples {
-                let picture = renderer.draw(&sample.poses);
+                let picture = renderer.draw(&sample.into());
                 // The background has no more red than green. The axes in the corner have.
                 let shown: Vec<[f64; 2]> = (0..SIZE[0] * SIZE[1])
                     .map(|pixel| [pixel % SIZE[0], pixel / SIZE[0]])
@@ -170,7 +170,7 @@ fn bodies_hide_each_other_as_rays_say() {
         let mut renderer = Renderer::new(&scene, &motion, view, SIZE);
         let (mut asked, mut of_bodies) = (0, [0; 6]);
         for sample in &motion.samples {
-            let picture = renderer.draw(&sample.poses);
+            let picture = renderer.draw(&sample.into());
             for pixel in (0..SIZE[0] * SIZE[1]).step_by(53) {
                 let [x, y] = [pixel % SIZE[0], pixel / SIZE[0]];
                 // Left out: the axes in the corner.
