@@ -21,6 +21,7 @@
 //   energy: 246 operations: 104 add, 133 mul, 1 div, 2 sin_cos, 6 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   contacts: 538 operations: 243 add, 268 mul, 7 div, 2 sin_cos, 18 other
+//   gaps: 308 operations: 143 add, 162 mul, 1 div, 2 sin_cos, 0 other
 //   reactions: 443 operations: 203 add, 229 mul, 3 div, 2 sin_cos, 6 other
 //   momentum: 377 operations: 167 add, 207 mul, 1 div, 2 sin_cos, 0 other
 //   tangent: 1718 operations: 751 add, 902 mul, 24 div, 3 sin_cos, 38 other
@@ -251,6 +252,7 @@ mod constants {
     pub const COMPOSITE_SECOND_MOMENT_ARM_YY_TERM: f64 = 4.6849875000000026e-6;
     pub const COMPOSITE_SECOND_MOMENT_ARM_YY_FACTOR: f64 = 2.6573925000000018e-6;
     pub const COMPOSITE_SECOND_MOMENT_HULL_ZZ_FACTOR: f64 = 5.153617443012883e-3;
+    pub const GAP_0_1_ENTRY: f64 = 1e30;
 }
 
 use constants::*;
@@ -624,6 +626,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Crawler<S> {
     ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
         self.contacts_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?);
+        Ok(())
+    }
+    fn write_gaps(
+        &self,
+        t: S,
+        q: &[S],
+        out: ::lamc_runtime::plumbing::GapsMut<'_, S>,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.gaps_into(
+            t,
+            exactly(q)?,
+            exactly_mut(out.gap)?,
+            exactly_mut(out.friction)?,
+            exactly_mut(out.normal)?,
+            exactly_mut(out.rows)?,
+        );
         Ok(())
     }
     fn write_reactions(
@@ -2152,6 +2171,423 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             force_x_pads_hand_right, axis_y_hand_y * force_y_pads_hand_right));
         contacts[35] = mul_add(axis_z_hand_z, force_z_pads_hand_right, mul_add(-axis_y_hull_z,
             force_x_pads_hand_right, axis_y_hand_z * force_y_pads_hand_right));
+    }
+    /// How far each contact point is from its plane, and how it moves relative to the body of the plane.
+    fn gaps_into(
+        &self,
+        t: S,
+        q: &[S; 9],
+        gap: &mut [S; 12],
+        friction: &mut [S; 6],
+        normal: &mut [S; 18],
+        rows: &mut [S; 144],
+    ) {
+        let c = S::from_f64;
+        let mul_add = S::mul_add;
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+        ] = S::sin_cos_all([q[0], q[1]]);
+        // hull: orientation of a free body: A = 1 + 2 w [v]x + 2 [v]x [v]x, v = (x, y, z)
+        let scale_hull = c(2.0) / mul_add(q[8], q[8], mul_add(q[7], q[7], mul_add(q[6], q[6],
+            q[5] * q[5])));
+        let scaled_hull_x = q[6] * scale_hull;
+        let scaled_hull_y = q[7] * scale_hull;
+        let scaled_hull_z = q[8] * scale_hull;
+        let scaled_hull_xx = q[6] * scaled_hull_x;
+        let scaled_hull_xy = q[7] * scaled_hull_x;
+        let scaled_hull_xz = q[8] * scaled_hull_x;
+        let scaled_hull_yy = q[7] * scaled_hull_y;
+        let scaled_hull_yz = q[8] * scaled_hull_y;
+        let scaled_hull_zz = q[8] * scaled_hull_z;
+        let scaled_hull_wx = q[5] * scaled_hull_x;
+        let scaled_hull_wy = q[5] * scaled_hull_y;
+        let scaled_hull_wz = q[5] * scaled_hull_z;
+        let axis_x_hull_x = c(1.0) - (scaled_hull_yy + scaled_hull_zz);
+        let axis_x_hull_y = scaled_hull_xy + scaled_hull_wz;
+        let axis_x_hull_z = scaled_hull_xz - scaled_hull_wy;
+        let axis_z_hull_x = scaled_hull_xz + scaled_hull_wy;
+        let axis_z_hull_y = scaled_hull_yz - scaled_hull_wx;
+        let axis_z_hull_z = c(1.0) - (scaled_hull_xx + scaled_hull_yy);
+        let axis_y_hull_x = scaled_hull_xy - scaled_hull_wz;
+        let axis_y_hull_y = c(1.0) - (scaled_hull_xx + scaled_hull_zz);
+        let axis_y_hull_z = scaled_hull_yz + scaled_hull_wx;
+        // arm: velocity: v = R^T (v_parent + w_parent x r)
+        let d_velocity_arm_y = mul_add(c(-OFFSET_ARM_Z), cos_shoulder,
+            sin_shoulder * c(-OFFSET_ARM_X));
+        let d_velocity_arm_z = mul_add(c(OFFSET_ARM_Z), sin_shoulder,
+            cos_shoulder * c(-OFFSET_ARM_X));
+        // hand: velocity: v = R^T (v_parent + w_parent x r)
+        let d_velocity_hand_y = sin_elbow * c(OFFSET_HAND_Y);
+        let d_velocity_hand_x = mul_add(c(OFFSET_HAND_Y), sin_shoulder, c(-OFFSET_ARM_Z));
+        let d_velocity_arm_z_sum = c(-OFFSET_HAND_Y) + d_velocity_arm_z;
+        let d_velocity_hand_y_2 = mul_add(cos_elbow, d_velocity_arm_y,
+            sin_elbow * d_velocity_arm_z_sum);
+        let d_velocity_hand_z = mul_add(-sin_elbow, d_velocity_arm_y,
+            cos_elbow * d_velocity_arm_z_sum);
+        let d_velocity_hand_x_2 = mul_add(c(-OFFSET_HAND_Y), cos_shoulder, c(-DRAWN_CENTRE_HULL_X));
+        // hand: angular velocity: w = R^T w_parent + u e_x
+        let d_parent_omega_hand_y = mul_add(-sin_shoulder, sin_elbow, cos_shoulder * cos_elbow);
+        let cos_shoulder_times_sin_elbow = cos_shoulder * sin_elbow;
+        let sin_shoulder_times_cos_elbow = sin_shoulder * cos_elbow;
+        let d_parent_omega_hand_z = -sin_shoulder_times_cos_elbow - cos_shoulder_times_sin_elbow;
+        let d_parent_omega_hand_y_2 = cos_shoulder_times_sin_elbow + sin_shoulder_times_cos_elbow;
+        // hull: placement: A = A_parent R, p = p_parent + A_parent r
+        let centre_of_mass_hull_z = c(DRAWN_CENTRE_HULL_Z) + q[4];
+        // arm: placement: A = A_parent R, p = p_parent + A_parent r
+        let axis_y_arm_x = mul_add(cos_shoulder, axis_x_hull_x, sin_shoulder * axis_z_hull_x);
+        let axis_y_arm_y = mul_add(cos_shoulder, axis_x_hull_y, sin_shoulder * axis_z_hull_y);
+        let axis_y_arm_z = mul_add(cos_shoulder, axis_x_hull_z, sin_shoulder * axis_z_hull_z);
+        let axis_z_arm_x = mul_add(-sin_shoulder, axis_x_hull_x, cos_shoulder * axis_z_hull_x);
+        let axis_z_arm_y = mul_add(-sin_shoulder, axis_x_hull_y, cos_shoulder * axis_z_hull_y);
+        let axis_z_arm_z = mul_add(-sin_shoulder, axis_x_hull_z, cos_shoulder * axis_z_hull_z);
+        let axis_x_hull_z_product = axis_x_hull_z * c(OFFSET_ARM_X);
+        let origin_arm_z = centre_of_mass_hull_z + mul_add(c(-OFFSET_ARM_Z), axis_z_hull_z,
+            axis_x_hull_z_product);
+        // hand: placement: A = A_parent R, p = p_parent + A_parent r
+        let axis_y_hand_x = mul_add(cos_elbow, axis_y_arm_x, sin_elbow * axis_z_arm_x);
+        let axis_y_hand_y = mul_add(cos_elbow, axis_y_arm_y, sin_elbow * axis_z_arm_y);
+        let axis_y_hand_z = mul_add(cos_elbow, axis_y_arm_z, sin_elbow * axis_z_arm_z);
+        let axis_z_hand_x = mul_add(-sin_elbow, axis_y_arm_x, cos_elbow * axis_z_arm_x);
+        let axis_z_hand_y = mul_add(-sin_elbow, axis_y_arm_y, cos_elbow * axis_z_arm_y);
+        let axis_z_hand_z = mul_add(-sin_elbow, axis_y_arm_z, cos_elbow * axis_z_arm_z);
+        let origin_hand_z = mul_add(c(OFFSET_HAND_Y), axis_y_arm_z, origin_arm_z);
+        // hand: contact: f = k d max(0, 1 + c d'), along n; -mu f v_t / sqrt(v_t^2 + s^2)
+        let d_velocity_z_pads_hand_left = mul_add(c(OFFSET_HAND_Y), cos_elbow, c(OFFSET_HAND_Y));
+        let d_velocity_x_pads_hand_left = mul_add(c(-OFFSET_HAND_Y), d_parent_omega_hand_z,
+            d_velocity_hand_x);
+        let minus_d_velocity_y_pads_hand_left = d_parent_omega_hand_z * c(CONTACT_POINT_HAND_X);
+        let d_velocity_z_pads_hand_left_2 = d_parent_omega_hand_y * c(CONTACT_POINT_HAND_X);
+        let d_velocity_z_pads_hand_left_3 = c(-OFFSET_HAND_Y) + d_velocity_hand_z;
+        let d_velocity_x_pads_hand_left_2 = mul_add(c(-OFFSET_HAND_Y), d_parent_omega_hand_y,
+            d_velocity_hand_x_2);
+        let d_velocity_z_pads_hand_left_4 = c(CONTACT_POINT_HAND_X) * d_parent_omega_hand_y_2;
+        let axis_y_hull_z_product = axis_y_hull_z * c(CONTACT_POINT_HAND_X);
+        let axis_y_hand_z_product = c(OFFSET_HAND_Y) * axis_y_hand_z;
+        let minus_below_pads_hand_left = origin_hand_z + (axis_y_hull_z_product
+            + axis_y_hand_z_product);
+        let minus_below_pads_hand_right = origin_hand_z + (axis_y_hand_z_product
+            - axis_y_hull_z_product);
+        // mechanism: results: what the function returns
+        let rows_12_0 = mul_add(axis_z_hand_x, d_velocity_z_pads_hand_left,
+            d_velocity_hand_y * axis_y_hand_x);
+        let rows_13_0 = mul_add(axis_z_hand_y, d_velocity_z_pads_hand_left,
+            d_velocity_hand_y * axis_y_hand_y);
+        let rows_14_0 = mul_add(axis_z_hand_z, d_velocity_z_pads_hand_left,
+            d_velocity_hand_y * axis_y_hand_z);
+        let rows_12_1 = c(OFFSET_HAND_Y) * axis_z_hand_x;
+        let rows_13_1 = c(OFFSET_HAND_Y) * axis_z_hand_y;
+        let rows_14_1 = c(OFFSET_HAND_Y) * axis_z_hand_z;
+        let axis_y_hull_x_squared = axis_y_hull_x * axis_y_hull_x;
+        let rows_0_2 = mul_add(axis_z_hull_x, axis_z_hull_x, mul_add(axis_x_hull_x, axis_x_hull_x,
+            axis_y_hull_x_squared));
+        let axis_y_hull_x_times_axis_y_hull_y = axis_y_hull_x * axis_y_hull_y;
+        let rows_0_3 = mul_add(axis_z_hull_x, axis_z_hull_y, mul_add(axis_x_hull_x, axis_x_hull_y,
+            axis_y_hull_x_times_axis_y_hull_y));
+        let axis_y_hull_x_times_axis_y_hull_z = axis_y_hull_x * axis_y_hull_z;
+        let rows_0_4 = mul_add(axis_z_hull_x, axis_z_hull_z, mul_add(axis_x_hull_x, axis_x_hull_z,
+            axis_y_hull_x_times_axis_y_hull_z));
+        let rows_12_2 = mul_add(axis_z_hand_x, axis_z_hand_x, mul_add(axis_y_hand_x, axis_y_hand_x,
+            axis_y_hull_x_squared));
+        let rows_12_3 = mul_add(axis_z_hand_x, axis_z_hand_y, mul_add(axis_y_hand_x, axis_y_hand_y,
+            axis_y_hull_x_times_axis_y_hull_y));
+        let rows_12_4 = mul_add(axis_z_hand_x, axis_z_hand_z, mul_add(axis_y_hand_x, axis_y_hand_z,
+            axis_y_hull_x_times_axis_y_hull_z));
+        let axis_y_hull_y_squared = axis_y_hull_y * axis_y_hull_y;
+        let rows_1_3 = mul_add(axis_z_hull_y, axis_z_hull_y, mul_add(axis_x_hull_y, axis_x_hull_y,
+            axis_y_hull_y_squared));
+        let axis_y_hull_y_times_axis_y_hull_z = axis_y_hull_y * axis_y_hull_z;
+        let rows_1_4 = mul_add(axis_z_hull_y, axis_z_hull_z, mul_add(axis_x_hull_y, axis_x_hull_z,
+            axis_y_hull_y_times_axis_y_hull_z));
+        let rows_13_3 = mul_add(axis_z_hand_y, axis_z_hand_y, mul_add(axis_y_hand_y, axis_y_hand_y,
+            axis_y_hull_y_squared));
+        let rows_13_4 = mul_add(axis_z_hand_y, axis_z_hand_z, mul_add(axis_y_hand_y, axis_y_hand_z,
+            axis_y_hull_y_times_axis_y_hull_z));
+        let axis_y_hull_z_squared = axis_y_hull_z * axis_y_hull_z;
+        let rows_2_4 = mul_add(axis_z_hull_z, axis_z_hull_z, mul_add(axis_x_hull_z, axis_x_hull_z,
+            axis_y_hull_z_squared));
+        let rows_14_4 = mul_add(axis_z_hand_z, axis_z_hand_z, mul_add(axis_y_hand_z, axis_y_hand_z,
+            axis_y_hull_z_squared));
+        let axis_y_hull_x_product = axis_y_hull_x * c(DRAWN_CENTRE_HULL_Z);
+        let rows_0_5 = mul_add(c(CONTACT_POINT_HULL_Y), axis_z_hull_x, axis_y_hull_x_product);
+        let axis_y_hull_y_product = axis_y_hull_y * c(DRAWN_CENTRE_HULL_Z);
+        let rows_1_5 = mul_add(c(CONTACT_POINT_HULL_Y), axis_z_hull_y, axis_y_hull_y_product);
+        let axis_y_hull_z_product_2 = axis_y_hull_z * c(DRAWN_CENTRE_HULL_Z);
+        let rows_2_5 = mul_add(c(CONTACT_POINT_HULL_Y), axis_z_hull_z, axis_y_hull_z_product_2);
+        let rows_3_5 = mul_add(c(-CONTACT_POINT_HULL_Y), axis_z_hull_x, axis_y_hull_x_product);
+        let rows_4_5 = mul_add(c(-CONTACT_POINT_HULL_Y), axis_z_hull_y, axis_y_hull_y_product);
+        let rows_5_5 = mul_add(c(-CONTACT_POINT_HULL_Y), axis_z_hull_z, axis_y_hull_z_product_2);
+        let axis_y_hull_x_times_d_velocity_x_pads_hand_left =
+            axis_y_hull_x * d_velocity_x_pads_hand_left;
+        let mechanism_product = axis_y_hand_x * minus_d_velocity_y_pads_hand_left;
+        let axis_z_hand_x_times_d_velocity_z_pads_hand_left =
+            axis_z_hand_x * d_velocity_z_pads_hand_left_2;
+        let axis_y_hull_y_times_d_velocity_x_pads_hand_left =
+            axis_y_hull_y * d_velocity_x_pads_hand_left;
+        let mechanism_product_2 = axis_y_hand_y * minus_d_velocity_y_pads_hand_left;
+        let axis_z_hand_y_times_d_velocity_z_pads_hand_left =
+            axis_z_hand_y * d_velocity_z_pads_hand_left_2;
+        let axis_y_hull_z_times_d_velocity_x_pads_hand_left =
+            axis_y_hull_z * d_velocity_x_pads_hand_left;
+        let mechanism_product_3 = axis_y_hand_z * minus_d_velocity_y_pads_hand_left;
+        let axis_z_hand_z_times_d_velocity_z_pads_hand_left =
+            axis_z_hand_z * d_velocity_z_pads_hand_left_2;
+        let axis_x_hull_x_product = axis_x_hull_x * c(-DRAWN_CENTRE_HULL_Z);
+        let rows_0_6 = mul_add(c(CONTACT_POINT_HULL_X), axis_z_hull_x, axis_x_hull_x_product);
+        let axis_x_hull_y_product = axis_x_hull_y * c(-DRAWN_CENTRE_HULL_Z);
+        let rows_1_6 = mul_add(c(CONTACT_POINT_HULL_X), axis_z_hull_y, axis_x_hull_y_product);
+        let axis_x_hull_z_product_2 = axis_x_hull_z * c(-DRAWN_CENTRE_HULL_Z);
+        let rows_2_6 = mul_add(c(CONTACT_POINT_HULL_X), axis_z_hull_z, axis_x_hull_z_product_2);
+        let rows_6_6 = mul_add(c(-DRAWN_CENTRE_HULL_X), axis_z_hull_x, axis_x_hull_x_product);
+        let rows_7_6 = mul_add(c(-DRAWN_CENTRE_HULL_X), axis_z_hull_y, axis_x_hull_y_product);
+        let rows_8_6 = mul_add(c(-DRAWN_CENTRE_HULL_X), axis_z_hull_z, axis_x_hull_z_product_2);
+        let rows_12_6 = mul_add(axis_z_hand_x, d_velocity_z_pads_hand_left_3,
+            axis_y_hand_x * d_velocity_hand_y_2);
+        let rows_13_6 = mul_add(axis_z_hand_y, d_velocity_z_pads_hand_left_3,
+            axis_y_hand_y * d_velocity_hand_y_2);
+        let rows_14_6 = mul_add(axis_z_hand_z, d_velocity_z_pads_hand_left_3,
+            axis_y_hand_z * d_velocity_hand_y_2);
+        let axis_x_hull_x_product_2 = axis_x_hull_x * c(-CONTACT_POINT_HULL_Y);
+        let axis_y_hull_x_product_2 = axis_y_hull_x * c(-CONTACT_POINT_HULL_X);
+        let axis_x_hull_y_product_2 = axis_x_hull_y * c(-CONTACT_POINT_HULL_Y);
+        let axis_y_hull_y_product_2 = axis_y_hull_y * c(-CONTACT_POINT_HULL_X);
+        let axis_x_hull_z_product_3 = axis_x_hull_z * c(-CONTACT_POINT_HULL_Y);
+        let axis_y_hull_z_product_3 = axis_y_hull_z * c(-CONTACT_POINT_HULL_X);
+        let axis_x_hull_x_product_3 = axis_x_hull_x * c(CONTACT_POINT_HULL_Y);
+        let axis_x_hull_y_product_3 = axis_x_hull_y * c(CONTACT_POINT_HULL_Y);
+        let axis_x_hull_z_product_4 = axis_x_hull_z * c(CONTACT_POINT_HULL_Y);
+        let axis_y_hull_x_product_3 = axis_y_hull_x * c(DRAWN_CENTRE_HULL_X);
+        let axis_y_hull_y_product_3 = axis_y_hull_y * c(DRAWN_CENTRE_HULL_X);
+        let axis_y_hull_z_product_4 = axis_y_hull_z * c(DRAWN_CENTRE_HULL_X);
+        let axis_y_hull_x_times_d_velocity_x_pads_hand_left_2 =
+            axis_y_hull_x * d_velocity_x_pads_hand_left_2;
+        let axis_y_hand_x_times_d_velocity_z_pads_hand_left =
+            axis_y_hand_x * d_velocity_z_pads_hand_left_2;
+        let axis_z_hand_x_times_d_velocity_z_pads_hand_left_2 =
+            axis_z_hand_x * d_velocity_z_pads_hand_left_4;
+        let axis_y_hull_y_times_d_velocity_x_pads_hand_left_2 =
+            axis_y_hull_y * d_velocity_x_pads_hand_left_2;
+        let axis_y_hand_y_times_d_velocity_z_pads_hand_left =
+            axis_y_hand_y * d_velocity_z_pads_hand_left_2;
+        let axis_z_hand_y_times_d_velocity_z_pads_hand_left_2 =
+            axis_z_hand_y * d_velocity_z_pads_hand_left_4;
+        let axis_y_hull_z_times_d_velocity_x_pads_hand_left_2 =
+            axis_y_hull_z * d_velocity_x_pads_hand_left_2;
+        let axis_y_hand_z_times_d_velocity_z_pads_hand_left =
+            axis_y_hand_z * d_velocity_z_pads_hand_left_2;
+        let axis_z_hand_z_times_d_velocity_z_pads_hand_left_2 =
+            axis_z_hand_z * d_velocity_z_pads_hand_left_4;
+        // hull: contact: f = k d max(0, 1 + c d'), along n; -mu f v_t / sqrt(v_t^2 + s^2)
+        let face0_height_belly_hull = mul_add(c(-DRAWN_CENTRE_HULL_Z), axis_z_hull_z,
+            centre_of_mass_hull_z);
+        let axis_x_hull_z_product_5 = axis_x_hull_z * c(CONTACT_POINT_HULL_X);
+        let axis_y_hull_z_product_5 = axis_y_hull_z * c(CONTACT_POINT_HULL_Y);
+        let minus_below_belly_tail_left = face0_height_belly_hull + (axis_y_hull_z_product_5
+            - axis_x_hull_z_product_5);
+        let minus_below_belly_tail_right = face0_height_belly_hull - axis_x_hull_z_product_5
+            - axis_y_hull_z_product_5;
+        let minus_below_belly_chin_left = face0_height_belly_hull + (axis_x_hull_z_product
+            + axis_y_hull_z_product_5);
+        let minus_below_belly_chin_right = face0_height_belly_hull + (axis_x_hull_z_product
+            - axis_y_hull_z_product_5);
+        gap[0] = minus_below_belly_tail_left;
+        gap[1] = c(GAP_0_1_ENTRY);
+        gap[2] = minus_below_belly_tail_right;
+        gap[3] = c(GAP_0_1_ENTRY);
+        gap[4] = minus_below_belly_chin_left;
+        gap[5] = c(GAP_0_1_ENTRY);
+        gap[6] = minus_below_belly_chin_right;
+        gap[7] = c(GAP_0_1_ENTRY);
+        gap[8] = minus_below_pads_hand_left;
+        gap[9] = c(GAP_0_1_ENTRY);
+        gap[10] = minus_below_pads_hand_right;
+        gap[11] = c(GAP_0_1_ENTRY);
+        friction[0] = c(0.25);
+        friction[1] = c(0.25);
+        friction[2] = c(0.25);
+        friction[3] = c(0.25);
+        friction[4] = c(CONTACT_FRICTION_PADS);
+        friction[5] = c(CONTACT_FRICTION_PADS);
+        normal[0] = c(0.0);
+        normal[1] = c(0.0);
+        normal[2] = c(1.0);
+        normal[3] = c(0.0);
+        normal[4] = c(0.0);
+        normal[5] = c(1.0);
+        normal[6] = c(0.0);
+        normal[7] = c(0.0);
+        normal[8] = c(1.0);
+        normal[9] = c(0.0);
+        normal[10] = c(0.0);
+        normal[11] = c(1.0);
+        normal[12] = c(0.0);
+        normal[13] = c(0.0);
+        normal[14] = c(1.0);
+        normal[15] = c(0.0);
+        normal[16] = c(0.0);
+        normal[17] = c(1.0);
+        rows[0] = c(0.0);
+        rows[1] = c(0.0);
+        rows[2] = rows_0_2;
+        rows[3] = rows_0_3;
+        rows[4] = rows_0_4;
+        rows[5] = rows_0_5;
+        rows[6] = rows_0_6;
+        rows[7] = axis_x_hull_x_product_2 + axis_y_hull_x_product_2;
+        rows[8] = c(0.0);
+        rows[9] = c(0.0);
+        rows[10] = rows_0_3;
+        rows[11] = rows_1_3;
+        rows[12] = rows_1_4;
+        rows[13] = rows_1_5;
+        rows[14] = rows_1_6;
+        rows[15] = axis_x_hull_y_product_2 + axis_y_hull_y_product_2;
+        rows[16] = c(0.0);
+        rows[17] = c(0.0);
+        rows[18] = rows_0_4;
+        rows[19] = rows_1_4;
+        rows[20] = rows_2_4;
+        rows[21] = rows_2_5;
+        rows[22] = rows_2_6;
+        rows[23] = axis_x_hull_z_product_3 + axis_y_hull_z_product_3;
+        rows[24] = c(0.0);
+        rows[25] = c(0.0);
+        rows[26] = rows_0_2;
+        rows[27] = rows_0_3;
+        rows[28] = rows_0_4;
+        rows[29] = rows_3_5;
+        rows[30] = rows_0_6;
+        rows[31] = axis_y_hull_x_product_2 + axis_x_hull_x_product_3;
+        rows[32] = c(0.0);
+        rows[33] = c(0.0);
+        rows[34] = rows_0_3;
+        rows[35] = rows_1_3;
+        rows[36] = rows_1_4;
+        rows[37] = rows_4_5;
+        rows[38] = rows_1_6;
+        rows[39] = axis_y_hull_y_product_2 + axis_x_hull_y_product_3;
+        rows[40] = c(0.0);
+        rows[41] = c(0.0);
+        rows[42] = rows_0_4;
+        rows[43] = rows_1_4;
+        rows[44] = rows_2_4;
+        rows[45] = rows_5_5;
+        rows[46] = rows_2_6;
+        rows[47] = axis_y_hull_z_product_3 + axis_x_hull_z_product_4;
+        rows[48] = c(0.0);
+        rows[49] = c(0.0);
+        rows[50] = rows_0_2;
+        rows[51] = rows_0_3;
+        rows[52] = rows_0_4;
+        rows[53] = rows_0_5;
+        rows[54] = rows_6_6;
+        rows[55] = axis_x_hull_x_product_2 + axis_y_hull_x_product_3;
+        rows[56] = c(0.0);
+        rows[57] = c(0.0);
+        rows[58] = rows_0_3;
+        rows[59] = rows_1_3;
+        rows[60] = rows_1_4;
+        rows[61] = rows_1_5;
+        rows[62] = rows_7_6;
+        rows[63] = axis_x_hull_y_product_2 + axis_y_hull_y_product_3;
+        rows[64] = c(0.0);
+        rows[65] = c(0.0);
+        rows[66] = rows_0_4;
+        rows[67] = rows_1_4;
+        rows[68] = rows_2_4;
+        rows[69] = rows_2_5;
+        rows[70] = rows_8_6;
+        rows[71] = axis_x_hull_z_product_3 + axis_y_hull_z_product_4;
+        rows[72] = c(0.0);
+        rows[73] = c(0.0);
+        rows[74] = rows_0_2;
+        rows[75] = rows_0_3;
+        rows[76] = rows_0_4;
+        rows[77] = rows_3_5;
+        rows[78] = rows_6_6;
+        rows[79] = axis_x_hull_x_product_3 + axis_y_hull_x_product_3;
+        rows[80] = c(0.0);
+        rows[81] = c(0.0);
+        rows[82] = rows_0_3;
+        rows[83] = rows_1_3;
+        rows[84] = rows_1_4;
+        rows[85] = rows_4_5;
+        rows[86] = rows_7_6;
+        rows[87] = axis_x_hull_y_product_3 + axis_y_hull_y_product_3;
+        rows[88] = c(0.0);
+        rows[89] = c(0.0);
+        rows[90] = rows_0_4;
+        rows[91] = rows_1_4;
+        rows[92] = rows_2_4;
+        rows[93] = rows_5_5;
+        rows[94] = rows_8_6;
+        rows[95] = axis_x_hull_z_product_4 + axis_y_hull_z_product_4;
+        rows[96] = rows_12_0;
+        rows[97] = rows_12_1;
+        rows[98] = rows_12_2;
+        rows[99] = rows_12_3;
+        rows[100] = rows_12_4;
+        rows[101] = axis_z_hand_x_times_d_velocity_z_pads_hand_left + (-mechanism_product
+            - axis_y_hull_x_times_d_velocity_x_pads_hand_left);
+        rows[102] = rows_12_6;
+        rows[103] = axis_z_hand_x_times_d_velocity_z_pads_hand_left_2
+            + (-axis_y_hand_x_times_d_velocity_z_pads_hand_left
+            - axis_y_hull_x_times_d_velocity_x_pads_hand_left_2);
+        rows[104] = rows_13_0;
+        rows[105] = rows_13_1;
+        rows[106] = rows_12_3;
+        rows[107] = rows_13_3;
+        rows[108] = rows_13_4;
+        rows[109] = axis_z_hand_y_times_d_velocity_z_pads_hand_left + (-mechanism_product_2
+            - axis_y_hull_y_times_d_velocity_x_pads_hand_left);
+        rows[110] = rows_13_6;
+        rows[111] = axis_z_hand_y_times_d_velocity_z_pads_hand_left_2
+            + (-axis_y_hand_y_times_d_velocity_z_pads_hand_left
+            - axis_y_hull_y_times_d_velocity_x_pads_hand_left_2);
+        rows[112] = rows_14_0;
+        rows[113] = rows_14_1;
+        rows[114] = rows_12_4;
+        rows[115] = rows_13_4;
+        rows[116] = rows_14_4;
+        rows[117] = axis_z_hand_z_times_d_velocity_z_pads_hand_left + (-mechanism_product_3
+            - axis_y_hull_z_times_d_velocity_x_pads_hand_left);
+        rows[118] = rows_14_6;
+        rows[119] = axis_z_hand_z_times_d_velocity_z_pads_hand_left_2
+            + (-axis_y_hand_z_times_d_velocity_z_pads_hand_left
+            - axis_y_hull_z_times_d_velocity_x_pads_hand_left_2);
+        rows[120] = rows_12_0;
+        rows[121] = rows_12_1;
+        rows[122] = rows_12_2;
+        rows[123] = rows_12_3;
+        rows[124] = rows_12_4;
+        rows[125] = mechanism_product - axis_y_hull_x_times_d_velocity_x_pads_hand_left
+            - axis_z_hand_x_times_d_velocity_z_pads_hand_left;
+        rows[126] = rows_12_6;
+        rows[127] = axis_y_hand_x_times_d_velocity_z_pads_hand_left
+            - axis_y_hull_x_times_d_velocity_x_pads_hand_left_2
+            - axis_z_hand_x_times_d_velocity_z_pads_hand_left_2;
+        rows[128] = rows_13_0;
+        rows[129] = rows_13_1;
+        rows[130] = rows_12_3;
+        rows[131] = rows_13_3;
+        rows[132] = rows_13_4;
+        rows[133] = mechanism_product_2 - axis_y_hull_y_times_d_velocity_x_pads_hand_left
+            - axis_z_hand_y_times_d_velocity_z_pads_hand_left;
+        rows[134] = rows_13_6;
+        rows[135] = axis_y_hand_y_times_d_velocity_z_pads_hand_left
+            - axis_y_hull_y_times_d_velocity_x_pads_hand_left_2
+            - axis_z_hand_y_times_d_velocity_z_pads_hand_left_2;
+        rows[136] = rows_14_0;
+        rows[137] = rows_14_1;
+        rows[138] = rows_12_4;
+        rows[139] = rows_13_4;
+        rows[140] = rows_14_4;
+        rows[141] = mechanism_product_3 - axis_y_hull_z_times_d_velocity_x_pads_hand_left
+            - axis_z_hand_z_times_d_velocity_z_pads_hand_left;
+        rows[142] = rows_14_6;
+        rows[143] = axis_y_hand_z_times_d_velocity_z_pads_hand_left
+            - axis_y_hull_z_times_d_velocity_x_pads_hand_left_2
+            - axis_z_hand_z_times_d_velocity_z_pads_hand_left_2;
     }
     /// The force and the moment that each hinge transmits.
     fn reactions_into(

@@ -20,6 +20,7 @@
 //   energy: 223 operations: 94 add, 121 mul, 1 div, 1 sin_cos, 6 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   contacts: 383 operations: 173 add, 192 mul, 5 div, 1 sin_cos, 12 other
+//   gaps: 250 operations: 115 add, 133 mul, 1 div, 1 sin_cos, 0 other
 //   reactions: 450 operations: 203 add, 232 mul, 4 div, 1 sin_cos, 10 other
 //   momentum: 256 operations: 112 add, 142 mul, 1 div, 1 sin_cos, 0 other
 //   tangent: 1562 operations: 683 add, 836 mul, 17 div, 1 sin_cos, 25 other
@@ -207,6 +208,7 @@ mod constants {
     pub const SUBTREE_MOMENT_LEFT_Z_FACTOR: f64 = 1.8521000000000007e-6;
     pub const COMPOSITE_SECOND_MOMENT_LEFT_ZZ_FACTOR: f64 = 1.0273972602739723e-3;
     pub const KINETIC_FACTOR: f64 = 2.2995000000000003e-3;
+    pub const GAP_0_1_ENTRY: f64 = 1e30;
 }
 
 use constants::*;
@@ -562,6 +564,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Jumper<S> {
     ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
         self.contacts_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?);
+        Ok(())
+    }
+    fn write_gaps(
+        &self,
+        t: S,
+        q: &[S],
+        out: ::lamc_runtime::plumbing::GapsMut<'_, S>,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.gaps_into(
+            t,
+            exactly(q)?,
+            exactly_mut(out.gap)?,
+            exactly_mut(out.friction)?,
+            exactly_mut(out.normal)?,
+            exactly_mut(out.rows)?,
+        );
         Ok(())
     }
     fn write_reactions(
@@ -1771,6 +1790,269 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             force_y_feet_right_back, axis_y_left_y * force_x_feet_right_back));
         contacts[23] = mul_add(axis_z_right_z, force_z_feet_right_back, mul_add(axis_y_right_z,
             force_y_feet_right_back, axis_y_left_z * force_x_feet_right_back));
+    }
+    /// How far each contact point is from its plane, and how it moves relative to the body of the plane.
+    fn gaps_into(
+        &self,
+        t: S,
+        q: &[S; 8],
+        gap: &mut [S; 8],
+        friction: &mut [S; 4],
+        normal: &mut [S; 12],
+        rows: &mut [S; 84],
+    ) {
+        let c = S::from_f64;
+        let mul_add = S::mul_add;
+        let (sin_ridge, cos_ridge) = S::sin_cos(q[0]);
+        // left: orientation of a free body: A = 1 + 2 w [v]x + 2 [v]x [v]x, v = (x, y, z)
+        let scale_left = c(2.0) / mul_add(q[7], q[7], mul_add(q[6], q[6], mul_add(q[5], q[5],
+            q[4] * q[4])));
+        let scaled_left_x = q[5] * scale_left;
+        let scaled_left_y = q[6] * scale_left;
+        let scaled_left_z = q[7] * scale_left;
+        let scaled_left_xx = q[5] * scaled_left_x;
+        let scaled_left_xy = q[6] * scaled_left_x;
+        let scaled_left_xz = q[7] * scaled_left_x;
+        let scaled_left_yy = q[6] * scaled_left_y;
+        let scaled_left_yz = q[7] * scaled_left_y;
+        let scaled_left_zz = q[7] * scaled_left_z;
+        let scaled_left_wx = q[4] * scaled_left_x;
+        let scaled_left_wy = q[4] * scaled_left_y;
+        let scaled_left_wz = q[4] * scaled_left_z;
+        let axis_x_left_x = c(1.0) - (scaled_left_yy + scaled_left_zz);
+        let axis_x_left_y = scaled_left_xy + scaled_left_wz;
+        let axis_x_left_z = scaled_left_xz - scaled_left_wy;
+        let axis_z_left_x = scaled_left_xz + scaled_left_wy;
+        let axis_z_left_y = scaled_left_yz - scaled_left_wx;
+        let axis_z_left_z = c(1.0) - (scaled_left_xx + scaled_left_yy);
+        let axis_y_left_x = scaled_left_xy - scaled_left_wz;
+        let axis_y_left_y = c(1.0) - (scaled_left_xx + scaled_left_zz);
+        let axis_y_left_z = scaled_left_yz + scaled_left_wx;
+        // right: velocity: v = R^T (v_parent + w_parent x r)
+        let d_velocity_right_y = mul_add(c(OFFSET_RIGHT_Z), cos_ridge,
+            sin_ridge * c(-OFFSET_RIGHT_X));
+        let d_velocity_right_z = mul_add(c(-OFFSET_RIGHT_Z), sin_ridge,
+            cos_ridge * c(-OFFSET_RIGHT_X));
+        // left: placement: A = A_parent R, p = p_parent + A_parent r
+        let centre_of_mass_left_z = c(DRAWN_CENTRE_LEFT_Z) + q[3];
+        // right: placement: A = A_parent R, p = p_parent + A_parent r
+        let axis_y_right_x = mul_add(-cos_ridge, axis_x_left_x, sin_ridge * axis_z_left_x);
+        let axis_y_right_y = mul_add(-cos_ridge, axis_x_left_y, sin_ridge * axis_z_left_y);
+        let axis_y_right_z = mul_add(-cos_ridge, axis_x_left_z, sin_ridge * axis_z_left_z);
+        let axis_z_right_x = mul_add(cos_ridge, axis_z_left_x, sin_ridge * axis_x_left_x);
+        let axis_z_right_y = mul_add(cos_ridge, axis_z_left_y, sin_ridge * axis_x_left_y);
+        let axis_z_right_z = mul_add(cos_ridge, axis_z_left_z, sin_ridge * axis_x_left_z);
+        let origin_right_z = centre_of_mass_left_z + mul_add(c(-OFFSET_RIGHT_Z), axis_z_left_z,
+            axis_x_left_z * c(OFFSET_RIGHT_X));
+        // left: contact: f = k d max(0, 1 + c d'), along n; -mu f v_t / sqrt(v_t^2 + s^2)
+        let face0_height_feet_left = mul_add(c(-DRAWN_CENTRE_LEFT_Z), axis_z_left_z,
+            centre_of_mass_left_z);
+        let axis_x_left_z_product = axis_x_left_z * c(CONTACT_POINT_LEFT_X);
+        let axis_y_left_z_product = axis_y_left_z * c(CONTACT_POINT_LEFT_Y);
+        let minus_below_feet_left_front = face0_height_feet_left - axis_x_left_z_product
+            - axis_y_left_z_product;
+        let minus_below_feet_left_back = face0_height_feet_left + (axis_y_left_z_product
+            - axis_x_left_z_product);
+        // right: contact: f = k d max(0, 1 + c d'), along n; -mu f v_t / sqrt(v_t^2 + s^2)
+        let d_face0_velocity_feet_right_x = mul_add(c(CONTACT_POINT_RIGHT_Z), cos_ridge,
+            c(OFFSET_RIGHT_Z));
+        let d_velocity_x_feet_right_front = mul_add(c(CONTACT_POINT_RIGHT_Y), sin_ridge,
+            d_face0_velocity_feet_right_x);
+        let minus_d_velocity_y_feet_right_front = sin_ridge * c(CONTACT_POINT_RIGHT_X);
+        let d_velocity_z_feet_right_front = cos_ridge * c(-CONTACT_POINT_RIGHT_X);
+        let d_face0_velocity_feet_right_y = c(CONTACT_POINT_RIGHT_Z) + d_velocity_right_y;
+        let d_velocity_z_feet_right_front_2 = c(-CONTACT_POINT_RIGHT_Y) + d_velocity_right_z;
+        let d_velocity_z_feet_right_back = d_velocity_right_z - c(CONTACT_POINT_RIGHT_Y);
+        let d_face0_velocity_feet_right_x_2 = mul_add(c(-CONTACT_POINT_RIGHT_Z), sin_ridge,
+            c(OFFSET_RIGHT_X));
+        let d_velocity_x_feet_right_front_2 = mul_add(c(CONTACT_POINT_RIGHT_Y), cos_ridge,
+            d_face0_velocity_feet_right_x_2);
+        let minus_d_velocity_y_feet_right_front_2 = cos_ridge * c(CONTACT_POINT_RIGHT_X);
+        let face0_height_feet_right = mul_add(c(-CONTACT_POINT_RIGHT_Z), axis_z_right_z,
+            origin_right_z);
+        let axis_y_right_z_product = axis_y_right_z * c(CONTACT_POINT_RIGHT_Y);
+        let minus_below_feet_right_front = face0_height_feet_right - axis_y_left_z_product
+            - axis_y_right_z_product;
+        let minus_below_feet_right_back = face0_height_feet_right + (axis_y_left_z_product
+            - axis_y_right_z_product);
+        // mechanism: results: what the function returns
+        let rows_6_0 = mul_add(c(-BAND_BAND_REST_LENGTH), axis_z_right_x,
+            axis_y_right_x * c(CONTACT_POINT_RIGHT_Z));
+        let rows_7_0 = mul_add(c(-BAND_BAND_REST_LENGTH), axis_z_right_y,
+            axis_y_right_y * c(CONTACT_POINT_RIGHT_Z));
+        let rows_8_0 = mul_add(c(-BAND_BAND_REST_LENGTH), axis_z_right_z,
+            axis_y_right_z * c(CONTACT_POINT_RIGHT_Z));
+        let axis_y_left_x_squared = axis_y_left_x * axis_y_left_x;
+        let rows_0_1 = mul_add(axis_z_left_x, axis_z_left_x, mul_add(axis_x_left_x, axis_x_left_x,
+            axis_y_left_x_squared));
+        let axis_y_left_x_times_axis_y_left_y = axis_y_left_x * axis_y_left_y;
+        let rows_0_2 = mul_add(axis_z_left_x, axis_z_left_y, mul_add(axis_x_left_x, axis_x_left_y,
+            axis_y_left_x_times_axis_y_left_y));
+        let axis_y_left_x_times_axis_y_left_z = axis_y_left_x * axis_y_left_z;
+        let rows_0_3 = mul_add(axis_z_left_x, axis_z_left_z, mul_add(axis_x_left_x, axis_x_left_z,
+            axis_y_left_x_times_axis_y_left_z));
+        let rows_6_1 = mul_add(axis_z_right_x, axis_z_right_x, mul_add(axis_y_right_x,
+            axis_y_right_x, axis_y_left_x_squared));
+        let rows_6_2 = mul_add(axis_z_right_x, axis_z_right_y, mul_add(axis_y_right_x,
+            axis_y_right_y, axis_y_left_x_times_axis_y_left_y));
+        let rows_6_3 = mul_add(axis_z_right_x, axis_z_right_z, mul_add(axis_y_right_x,
+            axis_y_right_z, axis_y_left_x_times_axis_y_left_z));
+        let axis_y_left_y_squared = axis_y_left_y * axis_y_left_y;
+        let rows_1_2 = mul_add(axis_z_left_y, axis_z_left_y, mul_add(axis_x_left_y, axis_x_left_y,
+            axis_y_left_y_squared));
+        let axis_y_left_y_times_axis_y_left_z = axis_y_left_y * axis_y_left_z;
+        let rows_1_3 = mul_add(axis_z_left_y, axis_z_left_z, mul_add(axis_x_left_y, axis_x_left_z,
+            axis_y_left_y_times_axis_y_left_z));
+        let rows_7_2 = mul_add(axis_z_right_y, axis_z_right_y, mul_add(axis_y_right_y,
+            axis_y_right_y, axis_y_left_y_squared));
+        let rows_7_3 = mul_add(axis_z_right_y, axis_z_right_z, mul_add(axis_y_right_y,
+            axis_y_right_z, axis_y_left_y_times_axis_y_left_z));
+        let axis_y_left_z_squared = axis_y_left_z * axis_y_left_z;
+        let rows_2_3 = mul_add(axis_z_left_z, axis_z_left_z, mul_add(axis_x_left_z, axis_x_left_z,
+            axis_y_left_z_squared));
+        let rows_8_3 = mul_add(axis_z_right_z, axis_z_right_z, mul_add(axis_y_right_z,
+            axis_y_right_z, axis_y_left_z_squared));
+        let axis_y_left_x_product = axis_y_left_x * c(DRAWN_CENTRE_LEFT_Z);
+        let axis_y_left_y_product = axis_y_left_y * c(DRAWN_CENTRE_LEFT_Z);
+        let axis_y_left_z_product_2 = axis_y_left_z * c(DRAWN_CENTRE_LEFT_Z);
+        let mechanism_product = axis_y_left_x * d_velocity_x_feet_right_front;
+        let mechanism_product_2 = axis_y_right_x * minus_d_velocity_y_feet_right_front;
+        let mechanism_product_3 = axis_z_right_x * d_velocity_z_feet_right_front;
+        let mechanism_product_4 = axis_y_left_y * d_velocity_x_feet_right_front;
+        let mechanism_product_5 = axis_y_right_y * minus_d_velocity_y_feet_right_front;
+        let mechanism_product_6 = axis_z_right_y * d_velocity_z_feet_right_front;
+        let mechanism_product_7 = axis_y_left_z * d_velocity_x_feet_right_front;
+        let mechanism_product_8 = axis_y_right_z * minus_d_velocity_y_feet_right_front;
+        let mechanism_product_9 = axis_z_right_z * d_velocity_z_feet_right_front;
+        let rows_0_5 = mul_add(c(CONTACT_POINT_LEFT_X), axis_z_left_x,
+            axis_x_left_x * c(-DRAWN_CENTRE_LEFT_Z));
+        let rows_1_5 = mul_add(c(CONTACT_POINT_LEFT_X), axis_z_left_y,
+            axis_x_left_y * c(-DRAWN_CENTRE_LEFT_Z));
+        let rows_2_5 = mul_add(c(CONTACT_POINT_LEFT_X), axis_z_left_z,
+            axis_x_left_z * c(-DRAWN_CENTRE_LEFT_Z));
+        let mechanism_product_10 = axis_y_right_x * d_face0_velocity_feet_right_y;
+        let mechanism_product_11 = axis_y_right_y * d_face0_velocity_feet_right_y;
+        let mechanism_product_12 = axis_y_right_z * d_face0_velocity_feet_right_y;
+        let axis_y_left_x_product_2 = axis_y_left_x * c(-CONTACT_POINT_LEFT_X);
+        let axis_y_left_y_product_2 = axis_y_left_y * c(-CONTACT_POINT_LEFT_X);
+        let axis_y_left_z_product_3 = axis_y_left_z * c(-CONTACT_POINT_LEFT_X);
+        let mechanism_product_13 = axis_y_left_x * d_velocity_x_feet_right_front_2;
+        let mechanism_product_14 = axis_y_right_x * minus_d_velocity_y_feet_right_front_2;
+        let mechanism_product_15 = axis_z_right_x * minus_d_velocity_y_feet_right_front;
+        let mechanism_product_16 = axis_y_left_y * d_velocity_x_feet_right_front_2;
+        let mechanism_product_17 = axis_y_right_y * minus_d_velocity_y_feet_right_front_2;
+        let mechanism_product_18 = axis_z_right_y * minus_d_velocity_y_feet_right_front;
+        let mechanism_product_19 = axis_y_left_z * d_velocity_x_feet_right_front_2;
+        let mechanism_product_20 = axis_y_right_z * minus_d_velocity_y_feet_right_front_2;
+        let mechanism_product_21 = axis_z_right_z * minus_d_velocity_y_feet_right_front;
+        gap[0] = minus_below_feet_left_front;
+        gap[1] = c(GAP_0_1_ENTRY);
+        gap[2] = minus_below_feet_left_back;
+        gap[3] = c(GAP_0_1_ENTRY);
+        gap[4] = minus_below_feet_right_front;
+        gap[5] = c(GAP_0_1_ENTRY);
+        gap[6] = minus_below_feet_right_back;
+        gap[7] = c(GAP_0_1_ENTRY);
+        friction[0] = c(CONTACT_FRICTION_FEET);
+        friction[1] = c(CONTACT_FRICTION_FEET);
+        friction[2] = c(CONTACT_FRICTION_FEET);
+        friction[3] = c(CONTACT_FRICTION_FEET);
+        normal[0] = c(0.0);
+        normal[1] = c(0.0);
+        normal[2] = c(1.0);
+        normal[3] = c(0.0);
+        normal[4] = c(0.0);
+        normal[5] = c(1.0);
+        normal[6] = c(0.0);
+        normal[7] = c(0.0);
+        normal[8] = c(1.0);
+        normal[9] = c(0.0);
+        normal[10] = c(0.0);
+        normal[11] = c(1.0);
+        rows[0] = c(0.0);
+        rows[1] = rows_0_1;
+        rows[2] = rows_0_2;
+        rows[3] = rows_0_3;
+        rows[4] = mul_add(c(-BAND_BAND_DAMPING), axis_z_left_x, axis_y_left_x_product);
+        rows[5] = rows_0_5;
+        rows[6] = mul_add(c(BAND_BAND_DAMPING), axis_x_left_x, axis_y_left_x_product_2);
+        rows[7] = c(0.0);
+        rows[8] = rows_0_2;
+        rows[9] = rows_1_2;
+        rows[10] = rows_1_3;
+        rows[11] = mul_add(c(-BAND_BAND_DAMPING), axis_z_left_y, axis_y_left_y_product);
+        rows[12] = rows_1_5;
+        rows[13] = mul_add(c(BAND_BAND_DAMPING), axis_x_left_y, axis_y_left_y_product_2);
+        rows[14] = c(0.0);
+        rows[15] = rows_0_3;
+        rows[16] = rows_1_3;
+        rows[17] = rows_2_3;
+        rows[18] = mul_add(c(-BAND_BAND_DAMPING), axis_z_left_z, axis_y_left_z_product_2);
+        rows[19] = rows_2_5;
+        rows[20] = mul_add(c(BAND_BAND_DAMPING), axis_x_left_z, axis_y_left_z_product_3);
+        rows[21] = c(0.0);
+        rows[22] = rows_0_1;
+        rows[23] = rows_0_2;
+        rows[24] = rows_0_3;
+        rows[25] = mul_add(c(BAND_BAND_DAMPING), axis_z_left_x, axis_y_left_x_product);
+        rows[26] = rows_0_5;
+        rows[27] = mul_add(c(-BAND_BAND_DAMPING), axis_x_left_x, axis_y_left_x_product_2);
+        rows[28] = c(0.0);
+        rows[29] = rows_0_2;
+        rows[30] = rows_1_2;
+        rows[31] = rows_1_3;
+        rows[32] = mul_add(c(BAND_BAND_DAMPING), axis_z_left_y, axis_y_left_y_product);
+        rows[33] = rows_1_5;
+        rows[34] = mul_add(c(-BAND_BAND_DAMPING), axis_x_left_y, axis_y_left_y_product_2);
+        rows[35] = c(0.0);
+        rows[36] = rows_0_3;
+        rows[37] = rows_1_3;
+        rows[38] = rows_2_3;
+        rows[39] = mul_add(c(BAND_BAND_DAMPING), axis_z_left_z, axis_y_left_z_product_2);
+        rows[40] = rows_2_5;
+        rows[41] = mul_add(c(-BAND_BAND_DAMPING), axis_x_left_z, axis_y_left_z_product_3);
+        rows[42] = rows_6_0;
+        rows[43] = rows_6_1;
+        rows[44] = rows_6_2;
+        rows[45] = rows_6_3;
+        rows[46] = mechanism_product_3 + (mechanism_product - mechanism_product_2);
+        rows[47] = mul_add(axis_z_right_x, d_velocity_z_feet_right_front_2, mechanism_product_10);
+        rows[48] = mechanism_product_15 + (mechanism_product_13 - mechanism_product_14);
+        rows[49] = rows_7_0;
+        rows[50] = rows_6_2;
+        rows[51] = rows_7_2;
+        rows[52] = rows_7_3;
+        rows[53] = mechanism_product_6 + (mechanism_product_4 - mechanism_product_5);
+        rows[54] = mul_add(axis_z_right_y, d_velocity_z_feet_right_front_2, mechanism_product_11);
+        rows[55] = mechanism_product_18 + (mechanism_product_16 - mechanism_product_17);
+        rows[56] = rows_8_0;
+        rows[57] = rows_6_3;
+        rows[58] = rows_7_3;
+        rows[59] = rows_8_3;
+        rows[60] = mechanism_product_9 + (mechanism_product_7 - mechanism_product_8);
+        rows[61] = mul_add(axis_z_right_z, d_velocity_z_feet_right_front_2, mechanism_product_12);
+        rows[62] = mechanism_product_21 + (mechanism_product_19 - mechanism_product_20);
+        rows[63] = rows_6_0;
+        rows[64] = rows_6_1;
+        rows[65] = rows_6_2;
+        rows[66] = rows_6_3;
+        rows[67] = mechanism_product + mechanism_product_2 - mechanism_product_3;
+        rows[68] = mul_add(axis_z_right_x, d_velocity_z_feet_right_back, mechanism_product_10);
+        rows[69] = mechanism_product_13 + mechanism_product_14 - mechanism_product_15;
+        rows[70] = rows_7_0;
+        rows[71] = rows_6_2;
+        rows[72] = rows_7_2;
+        rows[73] = rows_7_3;
+        rows[74] = mechanism_product_4 + mechanism_product_5 - mechanism_product_6;
+        rows[75] = mul_add(axis_z_right_y, d_velocity_z_feet_right_back, mechanism_product_11);
+        rows[76] = mechanism_product_16 + mechanism_product_17 - mechanism_product_18;
+        rows[77] = rows_8_0;
+        rows[78] = rows_6_3;
+        rows[79] = rows_7_3;
+        rows[80] = rows_8_3;
+        rows[81] = mechanism_product_7 + mechanism_product_8 - mechanism_product_9;
+        rows[82] = mul_add(axis_z_right_z, d_velocity_z_feet_right_back, mechanism_product_12);
+        rows[83] = mechanism_product_19 + mechanism_product_20 - mechanism_product_21;
     }
     /// The force and the moment that each hinge transmits.
     fn reactions_into(
