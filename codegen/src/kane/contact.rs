@@ -202,7 +202,7 @@ impl<'a> Carrier<'a> {
         meaning: &'static str,
         components: [f64; 3],
     ) -> Vector {
-        let subject = self.node.map_or(Subject::Mechanism, Subject::Body);
+        let subject = Subject::of(self.node);
         binder.facts_about(subject, self.name, Quantity::new(name, meaning), AXES, components)
     }
 

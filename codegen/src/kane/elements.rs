@@ -185,7 +185,7 @@ fn bound(binder: &mut Binder, section: Section, name: &str, vector: Vector) -> V
 /// Returns the frame of a body in the flat state, its placement, and where its numbers belong.
 fn body_of(binder: &Binder, kinematics: &Kinematics, body: BodyId) -> (Frame, Placement, Subject) {
     let (frame, placement) = kinematics.body(binder.topology(), body);
-    let subject = node_of(binder.topology(), body).map_or(Subject::Mechanism, Subject::Body);
+    let subject = Subject::of(node_of(binder.topology(), body));
     (frame, placement, subject)
 }
 

@@ -36,8 +36,7 @@ struct Owner<'a> {
 
 impl<'a> Owner<'a> {
     fn new(binder: &Binder<'a>, body: BodyId) -> Self {
-        let node = node_of(binder.topology(), body);
-        let subject = node.map_or(Subject::Mechanism, Subject::Body);
+        let subject = Subject::of(node_of(binder.topology(), body));
         Self { subject, name: &binder.mechanism().bodies[body.index()].name }
     }
 

@@ -33,6 +33,13 @@ pub enum Subject {
     Loop(LoopId),
 }
 
+impl Subject {
+    /// The subject of what belongs to a node, or to the ground.
+    pub fn of(node: Option<NodeId>) -> Self {
+        node.map_or(Self::Mechanism, Self::Body)
+    }
+}
+
 impl Section {
     /// Returns the section of a phase of the whole mechanism.
     pub fn mechanism(phase: Phase) -> Self {

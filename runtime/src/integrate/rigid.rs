@@ -45,6 +45,9 @@ pub struct Rigid<Y: Mechanism> {
     pub restitution: Y::Scalar,
     /// What would leave more slowly stays, m/s or rad/s.
     pub threshold: Y::Scalar,
+    /// Steps so far whose impulses do not fulfil all conditions: Coulomb's law may have no solution there, or none that
+    /// the method finds.
+    pub unsolved: usize,
     workspace: Y::Workspace,
     storage: Y::Workspace,
     matrices: [Y::Matrix; 2],
@@ -57,6 +60,7 @@ impl<Y: Mechanism> Rigid<Y> {
         Self {
             restitution: Y::Scalar::ZERO,
             threshold: Y::Scalar::from_f64(1e-3),
+            unsolved: 0,
             workspace: system.workspace(),
             storage: system.workspace(),
             matrices: [system.matrix(), system.matrix()],
@@ -160,11 +164,12 @@ impl<Y: Mechanism> Rigid<Y> {
             unilateral.separate(moved);
             backward(mass, moved);
         }
-        unilateral.meet(y, dt);
+        let mut is_found = unilateral.meet(y, dt);
         copy(u, y)?;
         if self.restitution > Y::Scalar::ZERO {
-            unilateral.rebound(u, before, [self.restitution, self.threshold], dt);
+            is_found &= unilateral.rebound(u, before, [self.restitution, self.threshold], dt);
         }
+        self.unsolved += usize::from(!is_found);
         backward(mass, u);
         backward(mass, y);
         copy(before, y)?;

@@ -219,8 +219,8 @@ impl<'a, S: Scalar> Unilateral<'a, S> {
     }
 
     /// Changes y = L^T u by the impulses of contacts and stops in a step of `dt` (s), which starts from the forces of the
-    /// step before.
-    pub fn meet(&mut self, y: &mut [S], dt: S) {
+    /// step before. Returns whether they fulfil all conditions.
+    pub fn meet(&mut self, y: &mut [S], dt: S) -> bool {
         for [gap, bound] in &mut *self.points.gaps {
             *bound = -gap.max(S::ZERO) / dt;
         }
@@ -235,15 +235,22 @@ impl<'a, S: Scalar> Unilateral<'a, S> {
         for (impulse, &torque) in self.stops.impulses.iter_mut().zip(&*self.torques) {
             *impulse = if torque.is_finite() { dt * torque } else { S::ZERO };
         }
-        self.solve(y, true);
+        let is_found = self.solve(y, true);
         self.forces.fill([S::ZERO; 3]);
         self.torques.fill(S::ZERO);
         self.add_forces(dt);
+        is_found
     }
 
     /// After [`meet`](Self::meet): what met with at least `threshold` over the restitution, m/s or rad/s, leaves again.
-    /// `before` is L^T u of before the step.
-    pub fn rebound(&mut self, y: &mut [S], before: &[S], [restitution, threshold]: [S; 2], dt: S) {
+    /// `before` is L^T u of before the step. Returns whether the impulses fulfil all conditions.
+    pub fn rebound(
+        &mut self,
+        y: &mut [S],
+        before: &[S],
+        [restitution, threshold]: [S; 2],
+        dt: S,
+    ) -> bool {
         let n = self.n;
         let away = |row: &[S]| {
             let away = -restitution * dot(row, before);
@@ -271,8 +278,9 @@ impl<'a, S: Scalar> Unilateral<'a, S> {
             }
         }
         self.rest();
-        self.solve(y, true);
+        let is_found = self.solve(y, true);
         self.add_forces(dt);
+        is_found
     }
 
     /// The force on the body of each point in the base frame, N, and the torque of each stop, N m, that the storage holds.

@@ -37,14 +37,16 @@ const INSIDE: f64 = 1.0 - 1e-9;
 const FIRST: usize = 4;
 
 impl<S: Scalar> Unilateral<'_, S> {
-    /// Changes y by impulses, which start from those that are there.
-    pub(super) fn solve(&mut self, y: &mut [S], rubs: bool) {
+    /// Changes y by impulses, which start from those that are there. Returns whether sweeps found them.
+    pub(super) fn solve(&mut self, y: &mut [S], rubs: bool) -> bool {
         let enough: S = tolerance(ENOUGH.0, ENOUGH.1);
         let square = enough * enough * self.scale(y);
         self.push(y);
+        let mut is_found = false;
         for sweep in 0..SWEEPS {
             // Written so that NaN ends it.
-            if !(self.sweep(y, rubs) > square) {
+            is_found = !(self.sweep(y, rubs) > square);
+            if is_found {
                 break;
             }
             if sweep >= FIRST {
@@ -53,6 +55,7 @@ impl<S: Scalar> Unilateral<'_, S> {
         }
         self.settle(y, rubs, Some(S::from_f64(STICKING * STICKING) * square));
         self.credit(y, S::ONE);
+        is_found
     }
 
     /// The square of the size of y and of what is wanted.

@@ -54,7 +54,7 @@ pub fn shown(name: &str, unit: &str, number: f64) -> (String, f64) {
     match unit {
         "rad" => (name.to_owned(), number.to_degrees()),
         "m" => (format!("{name} mm"), number * 1e3),
-        "1" => (name.to_owned(), number),
+        "1" => (format!("{name} -"), number),
         unit => (format!("{name} {unit}"), number),
     }
 }

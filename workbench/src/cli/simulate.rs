@@ -11,7 +11,7 @@ use lamc_runtime::{Mechanism as _, State, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::motion::{Motion, Work};
 use lamc_workbench::simulation::{
-    Method, Settings, Simulation, SimulationError, TOLERANCE, describe, sample_times, unfold,
+    Method, Settings, Simulation, SimulationError, Steps, TOLERANCE, describe, sample_times, unfold,
 };
 
 use super::equilibrium::settled;
@@ -199,6 +199,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let moved = motion.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
     excursions(&mechanism, &parameters, &inputs, moved).into_iter().for_each(warn);
     transgressions(&mechanism, motion).into_iter().for_each(warn);
+    let Steps { rigid, unsolved, .. } = simulation.steps();
+    if unsolved > 0 {
+        warn(format_args!(
+            "in {unsolved} of {rigid} steps no forces were found that fulfil all laws of rigid contact: what sticks may \
+             slide, or the reverse. Coefficients of friction from 0.5 on at many points can have no solution; \
+             `--integrator auto` always has one"
+        ));
+    }
     let seconds = begin.elapsed().as_secs_f64();
     let outcome = outcome.map_err(explain);
     if motion.samples.is_empty() {

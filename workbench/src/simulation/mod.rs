@@ -285,7 +285,9 @@ impl Simulation {
             }
             Method::Rigid { step } => {
                 self.steps.rigid += 1;
-                self.rigid.step(&self.system, &mut self.state, t, step)
+                let taken = self.rigid.step(&self.system, &mut self.state, t, step);
+                self.steps.unsolved = self.rigid.unsolved();
+                taken
             }
             Method::Auto | Method::Dopri5 => {
                 self.steps.explicit += 1;

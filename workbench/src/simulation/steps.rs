@@ -17,6 +17,8 @@ pub struct Steps {
     pub implicit: usize,
     /// Steps of fixed length with rigid contacts.
     pub rigid: usize,
+    /// Those of them whose impulses do not fulfil all conditions.
+    pub unsolved: usize,
 }
 
 impl Steps {
@@ -57,6 +59,11 @@ impl RigidSteps {
             state.t = t;
         }
         Ok(())
+    }
+
+    /// Steps so far whose impulses do not fulfil all conditions.
+    pub fn unsolved(&self) -> usize {
+        self.integrator.unsolved
     }
 
     /// The state at a time within the last step, s: on the straight line between its ends, with closed loops.
