@@ -27,7 +27,8 @@ fn longest_step(compiled: &Compiled) -> Option<f64> {
     if state.q.len() > MOST_AT_REST {
         return None;
     }
-    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
+    let joints = 0..system.dimensions().joints;
+    let pinned: Vec<bool> = joints.map(|joint| system.is_pinned(joint)).collect();
     let room = &mut system.workspace();
     assemble(&system, 0.0, &mut state.q, &pinned, room).ok()?;
     project(&system, 0.0, &mut state.q, &mut state.u, room).ok()?;
@@ -42,7 +43,8 @@ fn longest_step(compiled: &Compiled) -> Option<f64> {
 pub fn warnings(compiled: &Compiled) -> Vec<String> {
     let system = Interpreter::new(&compiled.program);
     let mut q = system.initial().q;
-    let pinned: Vec<bool> = (0..q.len()).map(|joint| system.is_pinned(joint)).collect();
+    let joints = 0..system.dimensions().joints;
+    let pinned: Vec<bool> = joints.map(|joint| system.is_pinned(joint)).collect();
     // Commands that need a closed configuration report it if the model cannot be assembled.
     let asked = q.clone();
     if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_err() {

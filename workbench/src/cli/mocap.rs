@@ -243,7 +243,8 @@ fn synthesize(
     }
     let mut state = system.initial();
     let message = |error| fail(describe(&error, system.interface()));
-    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
+    let joints = 0..system.dimensions().joints;
+    let pinned: Vec<bool> = joints.map(|joint| system.is_pinned(joint)).collect();
     assemble(system, 0.0, &mut state.q, &pinned, &mut system.workspace()).map_err(message)?;
     let t: Vec<f64> = (0..=count as u32).map(|k| f64::from(k) / arguments.rate).collect();
     let motion = sampled(system, state, &t).map_err(message)?;

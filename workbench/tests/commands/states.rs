@@ -196,4 +196,11 @@ initial: { bodies: { plate: { position: [0, 0, 5], turn: [0, 20 deg, 0.5] } } }
     assert_eq!(mode["shape"][2][0], 1.0);
     let table = text(&run(&["equilibrium", &path]).stdout);
     assert!(table.contains("statically neutral") && table.contains("plate.z mm"), "{table}");
+    // The plate rocks at the root of three times that frequency, hardly damped: RK4 reaches 2 sqrt(2).
+    let report = text(&run(&["check", &path]).stdout);
+    let step =
+        report.lines().find_map(|line| line.strip_prefix("longest stable step of RK4 at rest: "));
+    let step: f64 = step.and_then(|step| step.trim_end_matches(" s").parse().ok()).unwrap();
+    let reach = step * heave * std::f64::consts::TAU * 3_f64.sqrt();
+    assert!((reach / 8_f64.sqrt() - 1.0).abs() < 0.02, "{step}");
 }
