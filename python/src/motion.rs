@@ -9,7 +9,7 @@ use lamc_runtime::{Energy, State};
 use lamc_workbench::motion::{Course, Motion as Recorded, Pose, Sample};
 use lamc_workbench::page;
 use lamc_workbench::picture::{Encoder, Renderer, View};
-use lamc_workbench::scene::{Scene, poses_at};
+use lamc_workbench::scene::{Scene, moment_at};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -235,7 +235,7 @@ impl Motion {
         let bytes = py.detach(|| {
             let scene = Scene::new(&self.compiled.topology.mechanism);
             let mut renderer = Renderer::new(&scene, &self.recorded, View::default(), size);
-            renderer.draw(&poses_at(&self.recorded, t)).png()
+            renderer.draw(&moment_at(&self.recorded, t)).png()
         });
         Ok(PyBytes::new(py, &bytes.map_err(error)?))
     }
@@ -265,7 +265,7 @@ impl Motion {
             for picture in 0..=count {
                 Python::attach(|py| py.check_signals())?;
                 let t = first.t + picture as f64 * speed / f64::from(RATE.get());
-                encoder.push(&renderer.draw(&poses_at(&self.recorded, t))).map_err(error)?;
+                encoder.push(&renderer.draw(&moment_at(&self.recorded, t))).map_err(error)?;
             }
             encoder.finish().map_err(error)
         });

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use symbolica::atom::{Atom, AtomCore, AtomView};
+use symbolica::atom::{Atom, AtomCore, AtomView, Symbol};
 use symbolica::{function, symbol};
 
 use super::tree::Function;
@@ -75,11 +75,11 @@ impl Expr {
             (Function::Sin, [x]) => Self(x.0.sin()),
             (Function::Cos, [x]) => Self(x.0.cos()),
             (_, [x]) => {
-                let head = symbol!(opaque_name(function));
+                let head = opaque(function);
                 Self(function!(head, x.0.clone()))
             }
             (_, [x, y]) => {
-                let head = symbol!(opaque_name(function));
+                let head = opaque(function);
                 Self(function!(head, x.0.clone(), y.0.clone()))
             }
             _ => unreachable!("functions take one or two arguments"),
@@ -102,9 +102,16 @@ const OPAQUE: [Function; 11] = [
     Function::Pow,
 ];
 
-/// Returns the engine's name of an opaque function.
-fn opaque_name(function: Function) -> String {
-    format!("lamc::{function:?}")
+/// Returns the engine's symbol of an opaque function.
+fn opaque(function: Function) -> Symbol {
+    symbol!(format!("lamc::{function:?}"))
+}
+
+/// Creates the symbols of all opaque functions, so that all others are younger.
+pub(super) fn create_opaque() {
+    for function in OPAQUE {
+        opaque(function);
+    }
 }
 
 /// Returns the opaque function with this name (without its namespace).

@@ -6,8 +6,8 @@
 //! file between processes make other sessions wait.
 //!
 //! The engine orders the terms of a sum by the age of their symbols in the process. Each session
-//! therefore takes its symbols from one pool (`v0`, `v1`, ...), in the order in which it needs them. So
-//! the order of terms depends only on the session, and not on what the process derived before.
+//! therefore takes its symbols from one pool (`v0`, `v1`, ...), in the order in which it needs them, after those of
+//! all functions. So the order of terms depends only on the session, and not on what the process derived before.
 
 use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
@@ -22,7 +22,7 @@ use symbolica::atom::{Atom, AtomCore, AtomView, Symbol};
 use symbolica::coefficient::CoefficientView;
 use symbolica::symbol;
 
-use super::expr::{Expr, opaque_function};
+use super::expr::{Expr, create_opaque, opaque_function};
 use super::tree::{Function, Tree};
 
 /// The reason why no session could be started.
@@ -170,6 +170,7 @@ pub struct Algebra<L, B> {
 
 impl<L, B> Algebra<L, B> {
     fn new() -> Self {
+        create_opaque();
         Self {
             meanings: Vec::new(),
             index: HashMap::new(),
