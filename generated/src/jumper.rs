@@ -3845,8 +3845,8 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
         let left_wy_vx_vx_left = mul_add(-articulated_coupling_left_yx, row_wy_vx_left,
             c(MINIMAL_MASS_LEFT) + projected_mass_on_hinge_right_yy);
         let row_wy_vz_left = articulated_coupling_left_yz * inverse_pivot_wy_left;
-        let left_wy_vx_vz_left = -articulated_coupling_left_yx * row_wy_vz_left
-            - projected_mass_on_hinge_right_yz;
+        let left_wy_vx_vz_left = mul_add(-articulated_coupling_left_yx, row_wy_vz_left,
+            -projected_mass_on_hinge_right_yz);
         let inverse_pivot_wz_left = c(1.0) / left_wx_wz_wz_left;
         let row_wz_vy_left = left_wx_wz_vy_left * inverse_pivot_wz_left;
         let left_wz_vy_vy_left = mul_add(-left_wx_wz_vy_left, row_wz_vy_left,

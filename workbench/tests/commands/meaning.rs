@@ -116,7 +116,11 @@ fn static_and_dynamic_stability_are_told_apart() {
             assert_eq!(found["stable"], statically && dynamically, "{command} {model}");
             let told = bench.done(&format!("{command} {model}.yaml")).out;
             let word = |stable: bool| if stable { "stable:" } else { "unstable:" };
-            assert!(told.contains(&format!("statically {}", word(statically))), "{told}");
+            // Nothing holds the free joint, and nothing pushes it.
+            let is_neutral = model == "free";
+            assert_eq!(found["neutral"], is_neutral, "{command} {model}");
+            let potential = if is_neutral { "neutral:" } else { word(statically) };
+            assert!(told.contains(&format!("statically {potential}")), "{told}");
             assert!(told.contains(&format!("dynamically {}", word(dynamically))), "{told}");
         }
     }
