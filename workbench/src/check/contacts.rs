@@ -53,6 +53,13 @@ fn write_contact(text: &mut String, mechanism: &Mechanism, contact: &Contact) ->
             lightest.name,
             1.0 / rate,
         )?;
+        if let Some(outline) = &contact.plane.outline {
+            let speed = 0.5 * outline.thickness * rate;
+            writeln!(
+                text,
+                "    a point of it that arrives at {speed:.4} m/s sinks in by half of the plate; a faster one may get through"
+            )?;
+        }
     }
     let gravity = mechanism.gravity.each_ref().map(|law| value(law).unwrap_or(0.0));
     let gravity = Vector3::from(gravity).norm();

@@ -29,8 +29,8 @@ pub fn transgressions(mechanism: &Mechanism, motion: &Motion) -> Vec<String> {
         }
         if let Some(sample) = first(&|q: f64| q.abs() > PI + ROUNDING) {
             notes.push(format!(
-                "`{name}` is turned past 180 deg at t = {:.3} s: the model has no contact of \
-                 plates; a joint stops only at its `limits`",
+                "`{name}` is turned past 180 deg at t = {:.3} s: plates stop each other only at points \
+                 of `contacts`, and a joint only at its `limits`",
                 sample.t
             ));
         }

@@ -21,6 +21,7 @@
 mod error;
 mod events;
 mod pace;
+mod plates;
 mod rigid;
 mod samples;
 mod start;
@@ -43,6 +44,7 @@ use crate::execution::Jit;
 use crate::motion::{Audit, Motion, Work};
 use events::Watch;
 use pace::Pace;
+use plates::Plates;
 use steps::RigidSteps;
 pub use steps::Steps;
 use suspect::{is_at_stop, suspect};
@@ -110,6 +112,7 @@ pub struct Simulation {
     audit: Audit,
     stopped: Vec<bool>,
     watches: Vec<Watch>,
+    plates: Option<Plates>,
 }
 
 impl Simulation {
@@ -137,6 +140,8 @@ impl Simulation {
         (explicit.relative, explicit.absolute) = (settings.tolerance, settings.tolerance);
         (implicit.relative, implicit.absolute) = (settings.tolerance, settings.tolerance);
         let rigid = RigidSteps::new(&system, &state, settings.restitution);
+        // Rigid contacts look ahead by themselves.
+        let plates = if is_rigid { None } else { Plates::new(&system.system, &state.q)? };
         Ok(Self {
             system,
             state,
@@ -152,6 +157,7 @@ impl Simulation {
             audit,
             stopped,
             watches: Vec::new(),
+            plates,
         })
     }
 
@@ -212,7 +218,7 @@ impl Simulation {
             }
             let (begin, sides) = (self.state.t, self.system.sides.clone());
             let before = self.work.as_ref().map(|_| self.state.clone());
-            let outcome = self.step(t);
+            let outcome = self.step_before_plates(t);
             if outcome.is_ok() {
                 self.add_work(before)?;
                 let reached = self.look(begin, &sides)?;

@@ -1,10 +1,10 @@
-//! Events of motions that have a closed form.
+//! Events of motions that have a closed form, and plates that steps must not jump over.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use lamc::pipeline;
 use lamc::source::SourceFile;
-use lamc_runtime::State;
+use lamc_runtime::{Mechanism as _, State};
 
 use super::{Direction, Event, Method, Reached, Settings, Simulation};
 use crate::execution::Jit;
@@ -141,4 +141,35 @@ fn a_function_can_interrupt_and_must_have_a_value() {
         error.to_string().starts_with("the function of event 0 has no value at t = 0.0"),
         "{error}"
     );
+}
+
+/// A leaf that falls on a thin bench, as fast as without steps that are bounded by anything but the error: it rests on top, and
+/// sinks in by its weight.
+#[test]
+fn no_step_jumps_over_a_plate() {
+    for (height, method) in [
+        (10, Method::Dopri5),
+        (50, Method::Dopri5),
+        (80, Method::Rodas),
+        (100, Method::Rodas),
+        (120, Method::Auto),
+    ] {
+        let text = format!(
+            "units: {{ length: mm }}\nmaterials: {{ card: {{ density: 700, thickness: 0.4 }} }}\nlayup: [card]\nbodies:\n  \
+             bench: {{ fixed: true, outline: [[-50, -50], [50, -50], [50, 50], [-50, 50]] }}\n  \
+             leaf: {{ free: true, outline: [[-10, -5], [10, -5], [10, 5], [-10, 5]] }}\n\
+             contacts:\n  top: {{ plane: {{ point: [0, 0, 0.4], normal: [0, 0, 1], body: bench, within: outline }}, \
+             points: corners, bodies: [leaf], friction: 0.5, stiffness: 20000 N/m, dissipation: 2 }}\n\
+             initial: {{ bodies: {{ leaf: {{ position: [0, 0, {height}], turn: [0.3, 0.2, 0] }} }} }}\n"
+        );
+        let file = SourceFile { path: "leaf.yaml".into(), text };
+        let system = Jit::new(&pipeline::compile(&file).unwrap().program);
+        let settings = Settings { method, duration: 1.5, ..Settings::default() };
+        let start = system.initial();
+        let mut simulation = Simulation::new(system, start, None, &settings).unwrap();
+        simulation.run([0.0, 1.5], || false, |_| ()).unwrap();
+        let sunk = 0.02 * 0.01 * 0.4e-3 * 700.0 * 9.81 / (4.0 * 20_000.0);
+        let above = simulation.state().q[2] - 0.4e-3;
+        assert!((above + sunk).abs() < 1e-7, "{height} mm: {above}");
+    }
 }

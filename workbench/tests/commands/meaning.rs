@@ -271,7 +271,7 @@ fn a_joint_that_passes_half_a_turn_is_noted() {
     let told = bench.done("simulate spin.yaml --duration 0.2").told;
     assert!(
         told.contains(
-            "`j` is turned past 180 deg at t = 0.110 s: the model has no contact of plates"
+            "`j` is turned past 180 deg at t = 0.110 s: plates stop each other only at points"
         ),
         "{told}"
     );
