@@ -9,6 +9,8 @@ use crate::backend::python;
 use crate::backend::rust::{self, ScalarChoice};
 #[cfg(feature = "derive")]
 use crate::kane::{self, DeriveError, Equations};
+#[cfg(feature = "derive")]
+use crate::laminate::Geometry;
 use crate::laminate;
 #[cfg(feature = "derive")]
 use crate::lowering;
@@ -172,8 +174,9 @@ impl Read<'_> {
         let joints = self.model.joints.len();
         enter(Stage::Topology, joints);
         let (topology, warnings) = analysed(&self.model)?;
+        let geometry = Geometry::new(&self.model, &topology.mechanism)?;
         enter(Stage::Equations, joints);
-        let equations: Equations = kane::derive(&topology)?;
+        let equations: Equations = kane::derive(&topology, &geometry)?;
         enter(Stage::Program, joints);
         // The module says from which texts it was made.
         let drawing = self.model.drawing.as_ref().map_or("", |drawing| drawing.text.as_str());

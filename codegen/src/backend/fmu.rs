@@ -147,6 +147,7 @@ fn context(interface: &Interface, version: Version, token: &str) -> Context {
     context.insert("step", &STEP);
     context.insert("codes", &STATUS);
     let names = c::fields(interface.parameters.iter().map(|parameter| &parameter.name));
+    context.insert("drawn", &interface.drawn);
     context.insert("parameters", &names);
     let values: Vec<String> =
         interface.parameters.iter().map(|p| c::constant(Real::Double, p.value)).collect();

@@ -184,6 +184,7 @@ impl<'a> Naming<'a> {
             Slot::Rate(id) => format!("u_{}", speed(id)),
             Slot::Parameter(id) => interface.parameters[id.index()].name.replace('.', "_"),
             Slot::Input(id) => interface.inputs[id.index()].clone(),
+            Slot::Drawn(place) => format!("drawing_{place}"),
             Slot::Acceleration(id) => format!("acceleration_{}", speed(id)),
             Slot::Multiplier(row) => format!("lambda_{row}"),
             Slot::Change(Moving::Position(id)) => format!("d_q_{}", speed(id)),

@@ -4,10 +4,13 @@
 //! therefore binds what it computes: the algebra continues with a symbol, and the generated code gets a
 //! statement with the name and the [`Section`] of the intermediate.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use super::equations::{Binding, BindingId, Leaf};
 use super::vector::{Tensor, Vector};
 use super::wrench::Wrench;
-use crate::laminate::Mechanism;
+use crate::laminate::{Formula, Geometry, Mechanism};
 use crate::program::{Fact, Phase, Section};
 use crate::source::codes::{self, Code};
 use crate::source::{
@@ -26,6 +29,7 @@ pub struct Label {
 /// Binds intermediates, and collects the errors in the formulas of the model.
 pub struct Binder<'a> {
     topology: &'a Topology,
+    geometry: &'a Geometry,
     algebra: &'a mut Algebra<Leaf, Label>,
     symbols: Symbols,
     /// Names of the nodes, by node.
@@ -33,6 +37,8 @@ pub struct Binder<'a> {
     /// Names of the speeds.
     speeds: Vec<String>,
     facts: Vec<Fact>,
+    /// Numbers of the drawing that depend on parameters, by the address of their formulas, which are kept alive.
+    drawn: HashMap<*const Formula, (Arc<Formula>, Expr)>,
     problems: Diagnostics,
 }
 
@@ -49,7 +55,11 @@ struct Symbols {
 
 impl<'a> Binder<'a> {
     /// Creates a binder without any bindings.
-    pub fn new(topology: &'a Topology, algebra: &'a mut Algebra<Leaf, Label>) -> Self {
+    pub fn new(
+        topology: &'a Topology,
+        geometry: &'a Geometry,
+        algebra: &'a mut Algebra<Leaf, Label>,
+    ) -> Self {
         let mechanism = &topology.mechanism;
         let symbols = Symbols {
             time: algebra.leaf(Leaf::Time),
@@ -68,11 +78,13 @@ impl<'a> Binder<'a> {
         };
         Self {
             topology,
+            geometry,
             algebra,
             symbols,
             names: topology.node_names(),
             speeds: mechanism.speed_labels(),
             facts: Vec::new(),
+            drawn: HashMap::new(),
             problems: Diagnostics::default(),
         }
     }
@@ -80,6 +92,21 @@ impl<'a> Binder<'a> {
     /// Returns the tree and the loops.
     pub fn topology(&self) -> &'a Topology {
         self.topology
+    }
+
+    /// Returns what depends on parameters in the drawing.
+    pub fn geometry(&self) -> &'a Geometry {
+        self.geometry
+    }
+
+    /// Returns the expression of a number of the drawing.
+    pub fn drawn(&self, formula: &Arc<Formula>) -> Option<Expr> {
+        self.drawn.get(&Arc::as_ptr(formula)).map(|(_, known)| known.clone())
+    }
+
+    /// Notes the expression of a number of the drawing.
+    pub fn note_drawn(&mut self, formula: &Arc<Formula>, expression: &Expr) {
+        self.drawn.insert(Arc::as_ptr(formula), (formula.clone(), expression.clone()));
     }
 
     /// Returns the mechanism.

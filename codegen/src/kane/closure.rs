@@ -14,9 +14,11 @@ use crate::program::{Phase, Section};
 use nalgebra::Vector3;
 
 use super::binder::Binder;
+use super::frame::Drawing;
 use super::kinematics::{Kinematics, LoopKinematics, Side};
 use super::vector::{Vector, cross, dot, sub, zero};
 use super::wrench::Wrench;
+use crate::laminate::Number;
 use crate::symbolic::Expr;
 use crate::topology::{Loop, LoopId, NodeId};
 
@@ -98,9 +100,10 @@ impl Closure {
         closed: &Loop,
     ) {
         let speeds = binder.mechanism().speeds();
+        let (points, frame) = drawing(binder).closure(closed);
         for (number, row) in closed.rows.iter().enumerate() {
-            let point = &closed.points[row.point];
-            let along = closed.frame.column(row.axis).into_owned();
+            let point = &points[row.point];
+            let along = frame.column(row.axis).into_owned();
             let [ghost, original] = [closed.ghost, closed.original].map(|tip| {
                 let link = kinematics.link(tip);
                 let direction = link.direction(binder, "closure_direction", &along);
@@ -139,7 +142,8 @@ impl Closure {
     ) -> Vec<Vector> {
         let sides = kinematics.closed(id);
         let mut gaps = Vec::new();
-        for (number, flat) in closed.points.iter().enumerate() {
+        let (points, _) = drawing(binder).closure(closed);
+        for (number, flat) in points.iter().enumerate() {
             let name = |side: &str| format!("point{number}_{side}");
             let mut point =
                 |side: &Side, name: String| point(binder, kinematics, sides, side, flat, &name);
@@ -186,13 +190,18 @@ impl Closure {
     }
 }
 
+/// Returns the drawing, which says where loops close.
+fn drawing<'a>(binder: &Binder<'a>) -> Drawing<'a> {
+    Drawing { topology: binder.topology(), geometry: binder.geometry() }
+}
+
 /// Binds the position of a point of a tip relative to the common ancestor.
 fn point(
     binder: &mut Binder,
     kinematics: &Kinematics,
     closed: &LoopKinematics,
     side: &Side,
-    flat: &Vector3<f64>,
+    flat: &Vector3<Number>,
     name: &str,
 ) -> Vector {
     let arm = kinematics.link(side.tip).point(binder, CLOSURE_POINT, flat);

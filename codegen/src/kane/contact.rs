@@ -28,9 +28,9 @@ use super::placement::Placement;
 use super::touch::{Law, touch};
 use super::vector::{Vector, add, cross, dot, sub};
 use super::wrench::Wrench;
-use crate::laminate::{Contact, ContactPoint, Plane};
+use crate::laminate::{Contact, ContactPoint, Number, Plane, fixed};
 use crate::program::{Phase, Quantity, Section, Subject};
-use crate::source::BodyId;
+use crate::source::{BodyId, ContactId};
 use crate::symbolic::Expr;
 use crate::topology::NodeId;
 use nalgebra::Vector3;
@@ -62,6 +62,9 @@ pub struct Gaps {
 
 /// The distance within the edges of a plane that has none, m: large, and finite as `f32`.
 const ENDLESS: f64 = 1e30;
+
+/// A contact point, and where it is drawn, m.
+pub type Touching<'a> = (&'a ContactPoint, Vector3<Number>);
 
 /// A body that takes part in a contact, or the ground.
 pub struct Carrier<'a> {
@@ -108,8 +111,8 @@ impl Contacts {
             stored: Expr::zero(),
             gaps: Gaps::default(),
         };
-        for contact in &binder.mechanism().contacts {
-            contacts.add(binder, kinematics, contact);
+        for index in 0..binder.mechanism().contacts.len() {
+            contacts.add(binder, kinematics, ContactId(index));
         }
         contacts
     }
@@ -129,13 +132,19 @@ impl Contacts {
         &self.stored
     }
 
-    fn add(&mut self, binder: &mut Binder, kinematics: &Kinematics, contact: &Contact) {
+    fn add(&mut self, binder: &mut Binder, kinematics: &Kinematics, id: ContactId) {
+        let contact = &binder.mechanism().contacts[id.index()];
         let law = Law::new(binder, contact);
         let plane = Carrier::new(binder, kinematics, contact.plane.body);
-        let placed = Placed::new(binder, &plane, &contact.plane, &contact.name);
+        let point = binder.geometry().plane(binder.mechanism(), id);
+        let placed = Placed::new(binder, &plane, (&contact.plane, &point), &contact.name);
+        let mut first = 0;
         for points in contact.points.chunk_by(|a, b| a.body == b.body) {
             let body = Carrier::new(binder, kinematics, Some(points[0].body));
-            self.pair(binder, contact, &law, (&plane, &placed), &body, points);
+            let at = |index| binder.geometry().touching(binder.mechanism(), id, index);
+            let points: Vec<Touching> = points.iter().zip((first..).map(at)).collect();
+            self.pair(binder, contact, &law, (&plane, &placed), &body, &points);
+            first += points.len();
         }
     }
 
@@ -147,7 +156,7 @@ impl Contacts {
         law: &Law,
         (plane, placed): (&Carrier, &Placed),
         body: &Carrier,
-        points: &[ContactPoint],
+        points: &[Touching],
     ) {
         let seen = placed.seen(binder, body, &contact.name);
         let touched = touch(binder, contact, law, body, &seen, points);
@@ -200,7 +209,7 @@ impl<'a> Carrier<'a> {
         binder: &mut Binder,
         name: &'static str,
         meaning: &'static str,
-        components: [f64; 3],
+        components: [Number; 3],
     ) -> Vector {
         let subject = Subject::of(self.node);
         binder.facts_about(subject, self.name, Quantity::new(name, meaning), AXES, components)
@@ -252,10 +261,16 @@ impl<'a> Carrier<'a> {
 }
 
 impl Placed {
-    fn new(binder: &mut Binder, carrier: &Carrier, plane: &Plane, contact: &str) -> Self {
+    fn new(
+        binder: &mut Binder,
+        carrier: &Carrier,
+        (plane, point): (&Plane, &Vector3<Number>),
+        contact: &str,
+    ) -> Self {
         let Carrier { frame, placement, motion, .. } = carrier;
         let size = binder.mechanism().size;
         let direction = |binder: &mut Binder, name, flat: &Vector3<f64>| {
+            let flat = &fixed(flat);
             let meaning = "direction of a plane, in the frame of its body";
             let components = carrier.facts(binder, name, meaning, frame.direction(flat));
             carrier.vector(binder, &format!("{name}_{contact}"), placement.turn(&components))
@@ -265,13 +280,13 @@ impl Placed {
             [("plate_x", Vector3::x()), ("plate_y", Vector3::y())]
                 .map(|(name, flat)| direction(binder, name, &flat))
         });
-        let place = |binder: &mut Binder, name: &'static str, flat: &Vector3<f64>| {
+        let place = |binder: &mut Binder, name: &'static str, flat: &Vector3<Number>| {
             let meaning = "point of a plane, in the frame of its body, m";
             let at = carrier.facts(binder, name, meaning, frame.coordinates(flat, size));
             let point = placement.place(&at);
             (carrier.vector(binder, &format!("{name}_{contact}"), point), at)
         };
-        let (point, at) = place(binder, "plane_point", &plane.point);
+        let (point, at) = place(binder, "plane_point", point);
         let sheet = sheet.map(|axes| (axes, place(binder, "plate_origin", &Vector3::zeros()).0));
         let omega = placement.turn(&motion.omega);
         let omega = carrier.vector(binder, &format!("plane_omega_{contact}"), omega);

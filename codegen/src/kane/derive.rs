@@ -19,6 +19,7 @@ use super::loads::Loads;
 use super::mass::MassMatrix;
 use super::momentum::Momentum;
 use super::outputs::Outputs;
+use crate::laminate::Geometry;
 use crate::source::Diagnostics;
 use crate::symbolic::{self, Algebra, Expr, SessionError};
 use crate::topology::Topology;
@@ -37,21 +38,22 @@ pub enum DeriveError {
     Model(Diagnostics),
 }
 
-/// Derives the equations of motion.
+/// Derives the equations of motion. `geometry` has the numbers of the drawing that depend on parameters.
 ///
 /// # Errors
 /// Returns an error if the symbolic engine cannot be started, or if a formula of the model divides by
 /// zero or is not finite for all values of what it depends on.
-pub fn derive(topology: &Topology) -> Result<Equations, DeriveError> {
-    symbolic::session(|algebra| equations(topology, algebra))?.map_err(DeriveError::Model)
+pub fn derive(topology: &Topology, geometry: &Geometry) -> Result<Equations, DeriveError> {
+    symbolic::session(|algebra| equations(topology, geometry, algebra))?.map_err(DeriveError::Model)
 }
 
 fn equations(
     topology: &Topology,
+    geometry: &Geometry,
     algebra: &mut Algebra<Leaf, Label>,
 ) -> Result<Equations, Diagnostics> {
-    let b = &mut Binder::new(topology, algebra);
-    let frames = Frames::new(topology);
+    let b = &mut Binder::new(topology, geometry, algebra);
+    let frames = Frames::new(topology, geometry);
     let inertias = Inertias::new(b, &frames);
     let kinematics = Kinematics::new(b, &frames);
     let loads = Loads::new(b, &kinematics, &inertias);
@@ -81,6 +83,7 @@ fn equations(
     defined(b)?;
     Ok(Equations {
         topology: topology.clone(),
+        is_parametric: !geometry.is_fixed(),
         mass: b.trees(mass.entries()),
         forcing: b.trees(&forces.forcing),
         jacobian: b.trees(&closure.jacobian),

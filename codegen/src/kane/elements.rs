@@ -30,6 +30,7 @@
 //! ```
 
 use nalgebra::Vector3;
+use num_traits::Zero;
 
 use super::binder::Binder;
 use super::facts::AXES;
@@ -39,9 +40,9 @@ use super::link::Hinge;
 use super::placement::Placement;
 use super::vector::{Vector, add, cross, dot, scale, sub, zero};
 use super::wrench::Wrench;
-use crate::laminate::{Tendon, Tension, Twist};
+use crate::laminate::{Number, Real, Tendon, Tension, Twist, fixed};
 use crate::program::{Phase, Quantity, Section, Subject};
-use crate::source::{BodyId, Expression};
+use crate::source::{BodyId, Expression, PointId};
 use crate::symbolic::{Expr, Function};
 use crate::topology::NodeId;
 
@@ -65,7 +66,7 @@ struct Point {
     body: BodyId,
     /// The node of its body; the ground has none.
     node: Option<NodeId>,
-    flat: Vector3<f64>,
+    flat: Vector3<Number>,
     /// In the frame of its body, m.
     arm: Vector,
     /// In the base frame, m.
@@ -193,13 +194,14 @@ fn point(binder: &mut Binder, kinematics: &Kinematics, tendon: &str, index: usiz
     let mechanism = binder.mechanism();
     let given = &mechanism.points[index];
     let (frame, placement, subject) = body_of(binder, kinematics, given.body);
-    let at = frame.coordinates(&given.at, mechanism.size);
+    let flat = binder.geometry().point(mechanism, PointId(index));
+    let at = frame.coordinates(&flat, mechanism.size);
     let arm = binder.facts_about(subject, &given.name, Quantity::new("point", AT), AXES, at);
     let section = Section::mechanism(Phase::TendonLength);
     let label = format!("{tendon}_at_{}", given.name);
     let position = bound(binder, section, &label, placement.place(&arm));
     let node = node_of(binder.topology(), given.body);
-    Point { body: given.body, node, flat: given.at, arm, position }
+    Point { body: given.body, node, flat, arm, position }
 }
 
 /// Returns the components in the base frame of a direction of the flat state that is fixed to a body.
@@ -211,7 +213,7 @@ fn direction(
     flat: &Vector3<f64>,
 ) -> Vector {
     let (frame, placement, subject) = body_of(binder, kinematics, body);
-    let own = frame.direction(flat);
+    let own = frame.direction(&fixed(flat));
     let own = binder.facts_about(subject, name, Quantity::new("", DIRECTION), AXES, own);
     bound(binder, Section::mechanism(Phase::TwistAngle), name, placement.turn(&own))
 }
@@ -224,12 +226,13 @@ fn length(binder: &mut Binder, name: &str, points: &[Point]) -> (Expr, Vec<Optio
     let is_rigid = |a: &Point, b: &Point| a.body == b.body || (is_fixed(a) && is_fixed(b));
     let rigid: Vec<bool> = points.windows(2).map(|ends| is_rigid(&ends[0], &ends[1])).collect();
     let closest = CLOSEST * binder.mechanism().size;
-    let mut constant = 0.0;
+    let mut constant = Number::zero();
     let mut length = Expr::zero();
     let mut pulls: Vec<Option<Vector>> = vec![None; points.len()];
     for (number, (ends, is_rigid)) in points.windows(2).zip(rigid).enumerate() {
         if is_rigid {
-            constant += (ends[1].flat - ends[0].flat).norm();
+            let along = &ends[1].flat - &ends[0].flat;
+            constant += along.dot(&along).root();
             continue;
         }
         let span = sub(&ends[1].position, &ends[0].position);
@@ -249,8 +252,8 @@ fn length(binder: &mut Binder, name: &str, points: &[Point]) -> (Expr, Vec<Optio
         pulls[number] = Some(towards(&pulls[number], unit.clone()));
         pulls[number + 1] = Some(towards(&pulls[number + 1], sub(&zero(), &unit)));
     }
-    if constant > 0.0 {
-        length = &length + &binder.constant(constant);
+    if constant.value() > 0.0 {
+        length = &length + &binder.number(&constant, &format!("{name}_guided"));
     }
     (binder.bind(section, format!("{name}_length"), length), pulls)
 }

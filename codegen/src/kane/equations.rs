@@ -52,6 +52,8 @@ pub struct Binding {
 pub struct Equations {
     /// The mechanism with its tree and loops.
     pub topology: Topology,
+    /// Whether numbers of the drawing depend on parameters.
+    pub is_parametric: bool,
     /// Named numbers of the model.
     pub facts: Vec<Fact>,
     /// Intermediates, each an expression of earlier ones.

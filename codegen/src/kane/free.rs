@@ -15,8 +15,6 @@
 //! (J. Diebel, "Representing Attitude", 2006, section 6.4.) s is 2 / (w^2 + x^2 + y^2 + z^2) and not 2: A is a
 //! rotation also between the normalisations of the quaternion, within the steps of an integrator.
 
-use nalgebra::Vector3;
-
 use super::binder::Binder;
 use super::facts::AXES;
 use super::frame::Frame;
@@ -52,12 +50,13 @@ impl Free {
     pub fn new(binder: &mut Binder, node: NodeId, frame: &Frame, id: FreeId) -> Self {
         let mechanism = binder.mechanism();
         let (place, first) = (mechanism.coordinate_of(id).index(), mechanism.speed_of(id).index());
-        let body = &mechanism.bodies[mechanism.free[id.index()].body.index()];
-        let com: Vector3<f64> = body.mass_properties.com;
+        let body = mechanism.free[id.index()].body;
+        let com = binder.geometry().mass_properties(mechanism, body).com;
+        let name = &mechanism.bodies[body.index()].name;
         let centre = frame.coordinates(&com, mechanism.size);
         let centre = binder.facts_of(node, CENTRE, AXES, centre);
         let subject = Subject::Body(node);
-        let drawn = binder.facts_about(subject, &body.name, DRAWN_CENTRE, AXES, com.into());
+        let drawn = binder.facts_about(subject, name, DRAWN_CENTRE, AXES, com.into());
         let [dx, dy, dz, w, x, y, z] = std::array::from_fn(|k| binder.coordinate(place + k));
         let [vx, vy, vz, wx, wy, wz] = std::array::from_fn(|k| binder.speed(first + k));
         let axes = axes(binder, node, &[w, x, y, z]);

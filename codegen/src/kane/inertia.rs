@@ -10,12 +10,14 @@
 
 use crate::program::Quantity;
 use nalgebra::{Matrix3, Vector3};
+use num_traits::Zero;
 
 use super::binder::Binder;
 use super::facts::{AXES, SYMMETRIC};
 use super::frame::Frames;
 use super::vector::{Tensor, Vector, add, apply, cross, scale};
 use super::wrench::Wrench;
+use crate::laminate::{Number, Real};
 use crate::symbolic::Expr;
 use crate::topology::{Connection, Node, NodeId};
 
@@ -129,11 +131,11 @@ impl Inertias {
 #[derive(Clone)]
 struct Moments {
     /// Mass: int dm, kg.
-    mass: f64,
+    mass: Number,
     /// First moment: int x dm, kg m.
-    first: Vector3<f64>,
+    first: Vector3<Number>,
     /// Second moment: int x x^T dm, kg m^2.
-    second: Matrix3<f64>,
+    second: Matrix3<Number>,
 }
 
 /// Returns the moments of a node's share of its body. If the mass is tunable, they are per kilogram of
@@ -141,15 +143,16 @@ struct Moments {
 fn moments(binder: &Binder, frames: &Frames, id: NodeId, share: impl Fn(&Node) -> f64) -> Moments {
     let mechanism = binder.mechanism();
     let (node, frame) = (&binder.topology().nodes[id.index()], frames.of(id));
-    let properties = &mechanism.bodies[node.body.index()].mass_properties;
+    let properties = binder.geometry().mass_properties(mechanism, node.body);
     let com = Vector3::from(frame.coordinates(&properties.com, mechanism.size));
     let central = frame.tensor(&properties.inertia);
     let is_tunable = has_tunable_mass(binder, id);
-    let share = share(node);
-    let share = if is_tunable { share / properties.mass } else { share };
-    let mass = properties.mass * share;
-    let spread = Matrix3::identity() * (0.5 * central.trace()) - central;
-    Moments { mass, first: com * mass, second: spread * share + com * com.transpose() * mass }
+    let share = Number::from(share(node));
+    let share = if is_tunable { share / properties.mass.clone() } else { share };
+    let mass = properties.mass * share.clone();
+    let spread = Matrix3::identity() * (Number::from(0.5) * central.trace()) - central;
+    let second = spread * share + &com * com.transpose() * mass.clone();
+    Moments { first: com * mass.clone(), mass, second }
 }
 
 /// Returns the minimal moments of each node: its own moments and those that its children pass on,
@@ -170,7 +173,7 @@ fn minimal(binder: &Binder, frames: &Frames, mut moments: Vec<Moments>) -> Vec<M
         let line = moments[node.index()].take_line();
         if let Some(parent) = parent {
             let (hinge, to) = (frames.of(node), frames.of(parent));
-            let along = Vector3::from(to.direction(&hinge.axes.column(0).into()));
+            let along = Vector3::from(to.direction(&hinge.axes.column(0).into_owned()));
             let origin = to.coordinates(&hinge.origin, size);
             moments[parent.index()].add_line(line, &Vector3::from(origin), &along);
         }
@@ -196,12 +199,12 @@ fn inertia(
     moments: &Moments,
 ) -> SpatialInertia {
     let second = &moments.second;
-    let least = ROUNDING * second.amax();
-    let of = |at| if f64::abs(second[at]) <= least { 0.0 } else { second[at] };
+    let least = ROUNDING * second.map(|x| x.value()).amax();
+    let of = |at: (usize, usize)| second[at].clone().rounded(least);
     let second = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(of);
     let [mass_name, first_name, second_name] = names.clone();
-    let mass = binder.fact(node, mass_name, moments.mass);
-    let first_moment = binder.facts_of(node, first_name, AXES, moments.first.into());
+    let mass = binder.fact(node, mass_name, moments.mass.clone());
+    let first_moment = binder.facts_of(node, first_name, AXES, moments.first.clone().into());
     let second_moment = binder.facts_of(node, second_name, SYMMETRIC, second);
     let body = binder.topology().nodes[node.index()].body;
     match binder.mechanism().bodies[body.index()].mass_parameter {
@@ -220,26 +223,23 @@ fn inertia(
 impl Moments {
     /// Removes from the moments a line of mass along x, so that no mass and no first and second moment
     /// along x are left, and returns these three numbers.
-    fn take_line(&mut self) -> [f64; 3] {
-        let line = [self.mass, self.first.x, self.second[(0, 0)]];
-        self.mass = 0.0;
-        self.first.x = 0.0;
-        self.second[(0, 0)] = 0.0;
-        line
+    fn take_line(&mut self) -> [Number; 3] {
+        let taken = [&mut self.mass, &mut self.first.x, &mut self.second[(0, 0)]];
+        taken.map(|moment| std::mem::replace(moment, Number::zero()))
     }
 
     /// Adds a line of mass through `origin`.
     fn add_line(
         &mut self,
-        [mass, first, second]: [f64; 3],
-        origin: &Vector3<f64>,
-        along: &Vector3<f64>,
+        [mass, first, second]: [Number; 3],
+        origin: &Vector3<Number>,
+        along: &Vector3<Number>,
     ) {
         let mixed = along * origin.transpose();
-        self.mass += mass;
-        self.first += origin * mass + along * first;
+        self.mass += mass.clone();
+        self.first += origin * mass.clone() + along * first.clone();
         self.second += origin * origin.transpose() * mass
-            + (mixed + mixed.transpose()) * first
+            + (mixed.transpose() + mixed) * first
             + along * along.transpose() * second;
     }
 }

@@ -225,8 +225,8 @@ fn closing_wrenches(
 /// `bodies[1]`, in the joint's frame: x along the hinge, z normal to the sheet when flat, fixed to
 /// `bodies[1]`.
 fn reaction(binder: &mut Binder, link: &Link, hinge: &Hinge, beyond: &Wrench) -> [Expr; 6] {
-    let joint = &binder.mechanism().joints[hinge.joint.index()];
-    let arm = link.point(binder, "hinge_point", &joint.point);
+    let point = binder.geometry().line(binder.mechanism(), hinge.joint).point;
+    let arm = link.point(binder, "hinge_point", &point);
     let moment = sub(&beyond.moment, &cross(&arm, &beyond.force));
     let backwards = binder.topology().node(link.node).sense < 0.0;
     let turned = |[x, y, z]: &Vector| -> Vector {

@@ -19,6 +19,7 @@ use super::free::Free;
 use super::turn::Turn;
 use super::vector::{Vector, add, cross, zero};
 use super::wrench::Wrench;
+use crate::laminate::Number;
 use crate::source::JointId;
 use crate::source::free::SPEEDS;
 use crate::symbolic::{Expr, Function};
@@ -137,7 +138,7 @@ pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
         let above = frames.above(topology, node);
         let offset = above.coordinates(&frame.origin, size);
         let offset = binder.facts_of(node, OFFSET, AXES, offset);
-        let [cos, sin, _] = above.direction(&frame.axes.column(0).into());
+        let [cos, sin, _] = above.direction(&frame.axes.column(0).into_owned());
         let [cos, sin] = binder.facts_of(node, HINGE, ["cos", "sin"], [cos, sin]);
         let (speed, line_turn) = (binder.speed(joint.index()), Turn { cos, sin });
         let freedom = Freedom::Hinge(Hinge { joint, speed, line_turn, joint_turn });
@@ -211,7 +212,7 @@ impl Link {
         &self,
         binder: &mut Binder,
         name: &'static str,
-        flat: &Vector3<f64>,
+        flat: &Vector3<Number>,
     ) -> Vector {
         let meaning = "components of a direction in this body's frame";
         let components = self.frame.direction(flat);
@@ -220,7 +221,7 @@ impl Link {
 
     /// Returns the coordinates in the node's frame of a point drawn at `flat`, m. `name` is the name of
     /// the point.
-    pub fn point(&self, binder: &mut Binder, name: &'static str, flat: &Vector3<f64>) -> Vector {
+    pub fn point(&self, binder: &mut Binder, name: &'static str, flat: &Vector3<Number>) -> Vector {
         let meaning = "coordinates of a point in this body's frame, m";
         let coordinates = self.frame.coordinates(flat, binder.mechanism().size);
         binder.facts_of(self.node, Quantity::new(name, meaning), AXES, coordinates)

@@ -14,7 +14,7 @@ use super::link::{Freedom, Hinge, Link};
 use super::motion::Motion;
 use super::vector::{Vector, cross, dot, scale, sub};
 use super::wrench::Wrench;
-use crate::laminate::Body;
+use crate::laminate::{Body, fixed};
 use crate::source::Expression;
 use crate::symbolic::{Expr, Function};
 use crate::topology::NodeId;
@@ -236,7 +236,8 @@ fn applied(
                     let here = axes.each_ref().map(|axis| dot(axis, force));
                     let name = format!("force_{}", applied.name);
                     let here = binder.vector(link.node, Phase::AppliedForce, &name, here);
-                    let arm = link.point(binder, "force_point", &point.at);
+                    let at = binder.geometry().point(mechanism, applied.point);
+                    let arm = link.point(binder, "force_point", &at);
                     sum = sum.plus(&Wrench::at(&arm, here));
                 }
             }
@@ -260,9 +261,9 @@ fn vector(binder: &mut Binder, components: &[Expression; 3], name: &str) -> Vect
 fn drag(binder: &mut Binder, link: &Link, body: &Body, motion: &Motion, pressure: &Expr) -> Wrench {
     let mut sum = Wrench::zero();
     let (node, phase) = (link.node, Phase::AirDrag);
-    let normal = link.direction(binder, "normal", &Vector3::z());
+    let normal = link.direction(binder, "normal", &fixed(&Vector3::z()));
     for (index, point) in body.surface.iter().enumerate() {
-        let arm = link.point(binder, "surface", &point.at);
+        let arm = link.point(binder, "surface", &fixed(&point.at));
         let speed = dot(&normal, &motion.velocity_at(&arm));
         let speed = binder.scalar(node, phase, &format!("normal_speed_{index}"), speed);
         let size = Expr::apply(Function::Abs, std::slice::from_ref(&speed));

@@ -7,7 +7,8 @@ use super::binder::Binder;
 use super::facts::AXES;
 use super::kinematics::{Kinematics, node_of};
 use super::vector::Vector;
-use crate::source::BodyId;
+use crate::laminate::Number;
+use crate::source::{BodyId, PointId};
 use crate::symbolic::Expr;
 
 /// Outputs of the model in addition to the motion; see [`Equations`](super::Equations) for shapes.
@@ -47,7 +48,7 @@ impl<'a> Owner<'a> {
         binder: &mut Binder,
         name: &'static str,
         meaning: &'static str,
-        components: [f64; 3],
+        components: [Number; 3],
     ) -> Vector {
         let quantity = Quantity::new(name, meaning);
         binder.facts_about(self.subject, self.name, quantity, AXES, components)
@@ -63,7 +64,7 @@ fn poses(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
         let owner = Owner::new(binder, body);
         let (frame, placement) = kinematics.body(topology, body);
         let columns: [Vector; 3] = std::array::from_fn(|k| {
-            let flat = frame.axes.row(k).transpose();
+            let flat: Vector3<Number> = frame.axes.row(k).transpose();
             let meaning = "axis of the drawing, in the frame of the body";
             placement.turn(&owner.vector(binder, DRAWN[k], meaning, flat.into()))
         });
@@ -82,10 +83,11 @@ fn poses(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
 fn points(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
     let (topology, size) = (binder.topology(), binder.mechanism().size);
     let mut positions = Vec::new();
-    for point in &binder.mechanism().points {
+    for (index, point) in binder.mechanism().points.iter().enumerate() {
         let owner = Owner { name: &point.name, ..Owner::new(binder, point.body) };
         let (frame, placement) = kinematics.body(topology, point.body);
-        let (at, meaning) = (frame.coordinates(&point.at, size), "in the frame of its body, m");
+        let flat = binder.geometry().point(binder.mechanism(), PointId(index));
+        let (at, meaning) = (frame.coordinates(&flat, size), "in the frame of its body, m");
         positions.extend(placement.place(&owner.vector(binder, "point", meaning, at)));
     }
     positions

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Equations, Leaf, derive};
-use crate::laminate::{Body, Joint, MassProperties, Mechanism};
+use crate::laminate::{Body, Geometry, Joint, MassProperties, Mechanism};
 use crate::program::{Phase, Section, Subject};
 use crate::source::{BodyId, Expression, JointId, Span};
 use crate::symbolic::{Function, Tree};
@@ -135,7 +135,7 @@ fn assert_close(left: f64, right: f64) {
 
 #[test]
 fn pendulum_is_the_textbook_one() {
-    let equations = derive(&chain(1, 2.0, 0.3)).unwrap();
+    let equations = derive(&chain(1, 2.0, 0.3), &Geometry::default()).unwrap();
     let (q, u) = ([0.7], [1.3]);
     let at = Evaluator::new(&equations, &q, &u);
     let about_hinge = 0.3 + 2.0 * 0.25;
@@ -152,7 +152,7 @@ fn pendulum_is_the_textbook_one() {
 #[test]
 fn double_pendulum_is_the_textbook_one() {
     let (m, i) = (2.0, 0.3);
-    let equations = derive(&chain(2, m, i)).unwrap();
+    let equations = derive(&chain(2, m, i), &Geometry::default()).unwrap();
     let (q, u) = ([0.4, -0.9], [1.1, 0.6]);
     let at = Evaluator::new(&equations, &q, &u);
     let c = q[1].cos();
@@ -178,14 +178,14 @@ fn double_pendulum_is_the_textbook_one() {
 
 #[test]
 fn bindings_grow_no_faster_than_the_square_of_the_joints() {
-    let count = |n| derive(&chain(n, 1.0, 0.1)).unwrap().bindings.len();
+    let count = |n| derive(&chain(n, 1.0, 0.1), &Geometry::default()).unwrap().bindings.len();
     let (small, large) = (count(8), count(16));
     assert!(large <= 4 * small, "{small} bindings for 8 joints, {large} for 16");
 }
 
 #[test]
 fn bindings_say_which_body_and_which_phase_they_belong_to() {
-    let equations = derive(&chain(3, 2.0, 0.3)).unwrap();
+    let equations = derive(&chain(3, 2.0, 0.3), &Geometry::default()).unwrap();
     let section = |name: &str| {
         let found = equations.bindings.iter().find(|binding| binding.name == name);
         found.unwrap_or_else(|| panic!("nothing is called {name}")).section

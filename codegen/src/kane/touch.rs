@@ -9,11 +9,11 @@
 //! ```
 
 use super::binder::Binder;
-use super::contact::{Carrier, Seen};
+use super::contact::{Carrier, Seen, Touching};
 use super::facts::AXES;
 use super::vector::{Vector, add, dot, scale, sub, zero};
 use super::wrench::Wrench;
-use crate::laminate::{Contact, ContactPoint, PlateOutline};
+use crate::laminate::{Contact, PlateOutline};
 use crate::program::{Fact, Phase, Section, Subject};
 use crate::symbolic::{Expr, Function};
 
@@ -84,16 +84,16 @@ pub fn touch(
     law: &Law,
     body: &Carrier,
     seen: &Seen,
-    points: &[ContactPoint],
+    points: &[Touching],
 ) -> Touched {
     let size = binder.mechanism().size;
     let mut faces: Vec<Face> = Vec::new();
     let (mut forces, mut gaps, mut squares) = (Vec::new(), Vec::new(), Expr::zero());
-    for point in points {
+    for (point, flat) in points {
         let name = point.name.replace('.', "_");
         let meaning = "coordinates of a contact point in this body's frame, m";
         let at =
-            body.facts(binder, "contact_point", meaning, body.frame.coordinates(&point.at, size));
+            body.facts(binder, "contact_point", meaning, body.frame.coordinates(flat, size));
         let index = faces.iter().position(|face| face.z == at[2]).unwrap_or_else(|| {
             faces.push(Face::new(binder, body, seen, &contact.name, faces.len(), &at[2]));
             faces.len() - 1

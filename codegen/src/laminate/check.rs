@@ -8,19 +8,38 @@ use nalgebra::Matrix3;
 use super::mechanism::MassProperties;
 use crate::arithmetic::largest;
 use crate::source::codes;
-use crate::source::{Body, Diagnostic, Diagnostics, Material, SourceModel, Span, Spanned};
+use crate::source::{Body, Diagnostic, Diagnostics, Drawn, Material, SourceModel, Span, Spanned};
 
 /// Relative to the largest moment: differences below this are rounding of printed numbers.
 const ROUNDING: f64 = 1e-6;
 
+/// A number with its position in the source text.
+pub trait Located {
+    /// Returns both.
+    fn located(&self) -> (f64, Span);
+}
+
+impl Located for Spanned<f64> {
+    fn located(&self) -> (f64, Span) {
+        (self.value, self.span)
+    }
+}
+
+impl Located for Drawn<f64> {
+    fn located(&self) -> (f64, Span) {
+        (self.value, self.span)
+    }
+}
+
 /// Checks a quantity that must be finite and positive.
-pub fn positive(name: &str, given: &Spanned<f64>, unit: &str, found: &mut Diagnostics) {
-    if given.value > 0.0 && given.value.is_finite() {
+pub fn positive(name: &str, given: &impl Located, unit: &str, found: &mut Diagnostics) {
+    let (value, span) = given.located();
+    if value > 0.0 && value.is_finite() {
         return;
     }
-    let message = format!("the {name} is {} {unit}", given.value);
+    let message = format!("the {name} is {value} {unit}");
     found.push(
-        Diagnostic::error(codes::NOT_POSITIVE, given.span, message)
+        Diagnostic::error(codes::NOT_POSITIVE, span, message)
             .label("must be finite and greater than zero"),
     );
 }

@@ -103,7 +103,7 @@ impl Build<'_> {
             None => None,
             Some(within) => Some(self.outline(body, &normal, within.span)?),
         };
-        Ok(Plane { body, point: source.point.into(), normal, outline })
+        Ok(Plane { body, point: source.point.value.into(), normal, outline })
     }
 
     /// Returns the outline and the thickness of the plate that carries a plane.

@@ -8,7 +8,7 @@ use super::mechanism::Mechanism;
 use crate::source::codes;
 use crate::source::elements as given;
 use crate::source::{
-    BodyId, Diagnostic, Diagnostics, Expression, JointId, PointId, SourceModel, Spanned,
+    BodyId, Diagnostic, Diagnostics, Expression, JointId, Operator, PointId, SourceModel, Spanned, Unary,
 };
 
 /// The force elements of a mechanism.
@@ -131,7 +131,7 @@ fn tendon(model: &SourceModel, tendon: &given::Tendon, is_spring: bool) -> Tendo
     let tension = match &tendon.tension {
         given::Tension::Given(tension) => Tension::Given(tension.value.clone()),
         given::Tension::Elastic { stiffness, damping, rest_length, tension_only } => {
-            let drawn = || Expression::Number(drawn_length(model, &through));
+            let drawn = || drawn_length(model, &through);
             let rest_length = rest_length.as_ref().map(|length| length.value.clone());
             Tension::Elastic {
                 stiffness: stiffness.value.clone(),
@@ -145,9 +145,29 @@ fn tendon(model: &SourceModel, tendon: &given::Tendon, is_spring: bool) -> Tendo
 }
 
 /// Returns the length of a line in the flat drawing, m.
-fn drawn_length(model: &SourceModel, through: &[PointId]) -> f64 {
-    let at = |id: &PointId| Vector3::from(model.points[id.index()].at);
-    through.windows(2).map(|ends| (at(&ends[1]) - at(&ends[0])).norm()).sum()
+fn drawn_length(model: &SourceModel, through: &[PointId]) -> Expression {
+    let at = |id: &PointId| &model.points[id.index()].at;
+    if through.iter().all(|id| at(id).is_fixed()) {
+        let at = |id: &PointId| Vector3::from(at(id).value);
+        let parts = through.windows(2).map(|ends| (at(&ends[1]) - at(&ends[0])).norm());
+        return Expression::Number(parts.sum());
+    }
+    let coordinate = |id: &PointId, axis: usize| {
+        let formula = at(id).formula(axis).cloned();
+        formula.unwrap_or(Expression::Number(at(id).value[axis]))
+    };
+    let part = |ends: &[PointId]| {
+        let square = |axis: usize| {
+            let (to, from) = (coordinate(&ends[1], axis), coordinate(&ends[0], axis));
+            let along = Box::new(Expression::Chain(Box::new(to), vec![(Operator::Sub, from)]));
+            Expression::Chain(along.clone(), vec![(Operator::Mul, *along)])
+        };
+        let sum = [1, 2].map(|axis| (Operator::Add, square(axis)));
+        let sum = Expression::Chain(Box::new(square(0)), sum.to_vec());
+        Expression::Unary(Unary::Sqrt, Box::new(sum))
+    };
+    let parts = through.windows(2).map(|ends| (Operator::Add, part(ends)));
+    Expression::Chain(Box::new(Expression::ZERO), parts.collect())
 }
 
 fn twist(twist: &given::Twist) -> Twist {

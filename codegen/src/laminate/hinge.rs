@@ -11,7 +11,7 @@ use super::mechanism::{Friction, Joint};
 use crate::arithmetic::hypot;
 use crate::source::codes;
 use crate::source::{
-    Diagnostic, Diagnostics, Expression, HingeModel, Material, SourceModel, Span, Spanned, Spring,
+    Diagnostic, Diagnostics, Drawn, Expression, HingeModel, Material, Operator, SourceModel, Span, Spring,
 };
 
 /// Components of a unit vector below this bound are rounding errors of a direction along the other
@@ -24,7 +24,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
     let [from, to] = joint.axis.value;
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let length = hypot(dx, dy);
-    if !(length >= f64::MIN_POSITIVE && length.is_finite() && joint.z.is_finite()) {
+    if !(length >= f64::MIN_POSITIVE && length.is_finite() && joint.z.value.is_finite()) {
         let message = format!("the hinge line of `{name}` has no direction");
         found.push(
             Diagnostic::error(codes::ZERO_AXIS, joint.axis.span, message)
@@ -35,7 +35,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
     Joint {
         name: name.clone(),
         bodies: joint.bodies.each_ref().map(|body| body.value),
-        point: Vector3::new(from[0], from[1], joint.z),
+        point: Vector3::new(from[0], from[1], joint.z.value),
         direction: direction(dx, dy),
         length,
         stiffness,
@@ -109,6 +109,7 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
                 strip.yield_stress.as_ref().map(|sigma| beam.linear_range(sigma.value, 1.0));
             let linear_range = range.map_or(f64::INFINITY, |range| range.angle);
             let stiffness = Expression::Number(stiffness.unwrap_or(0.0));
+            let stiffness = beam_formula(strip, length, width, gaps.as_ref()).unwrap_or(stiffness);
             Flexure { stiffness, damping, linear_range }
         }
         Spring::Family { model: family, length, width, area, span } => {
@@ -157,9 +158,9 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
 fn beam(
     strip: &Material,
     named: Span,
-    length: &Spanned<f64>,
-    width: &Spanned<f64>,
-    gaps: Option<&Spanned<f64>>,
+    length: &Drawn<f64>,
+    width: &Drawn<f64>,
+    gaps: Option<&Drawn<f64>>,
     found: &mut Diagnostics,
 ) -> Beam {
     check::positive("free length of the hinge", length, "m", found);
@@ -189,6 +190,35 @@ fn beam(
         width: width.value - cut,
         thickness: strip.thickness.value,
     }
+}
+
+/// Returns the stiffness of a strip, k = E w t^3 / (12 x), as a formula if it depends on parameters.
+fn beam_formula(
+    strip: &Material,
+    length: &Drawn<f64>,
+    width: &Drawn<f64>,
+    gaps: Option<&Drawn<f64>>,
+) -> Option<Expression> {
+    let modulus = strip.youngs_modulus.as_ref()?;
+    let mut given = [modulus, length, width, &strip.thickness].into_iter().chain(gaps);
+    if given.all(Drawn::is_fixed) {
+        return None;
+    }
+    let of = |drawn: &Drawn<f64>| {
+        drawn.formula(0).cloned().unwrap_or(Expression::Number(drawn.value))
+    };
+    let cut = gaps.map(|gaps| (Operator::Sub, of(gaps)));
+    let width = Expression::Chain(Box::new(of(width)), cut.into_iter().collect());
+    let thickness = (Operator::Mul, of(&strip.thickness));
+    let rest = [
+        (Operator::Mul, width),
+        thickness.clone(),
+        thickness.clone(),
+        thickness,
+        (Operator::Div, Expression::Number(12.0)),
+        (Operator::Div, of(length)),
+    ];
+    Some(Expression::Chain(Box::new(of(modulus)), rest.to_vec()))
 }
 
 /// Warns of a hinge outside the convex hull of the specimens its model was fitted to.

@@ -7,39 +7,41 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::mechanism::MassProperties;
+use super::number::Real;
 
-impl MassProperties {
-    /// Zero mass.
-    pub const ZERO: Self = Self {
-        mass: 0.0,
-        com: Vector3::new(0.0, 0.0, 0.0),
-        inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    };
+impl<T: Real> MassProperties<T> {
+    /// Returns zero mass.
+    pub fn none() -> Self {
+        Self { mass: T::zero(), com: Vector3::zeros(), inertia: Matrix3::zeros() }
+    }
 
     /// Creates a mass without extent: kg, position in the flat state in m.
-    pub fn point(mass: f64, at: Vector3<f64>) -> Self {
-        Self { mass, com: at, ..Self::ZERO }
+    pub fn point(mass: T, at: Vector3<T>) -> Self {
+        Self { mass, com: at, ..Self::none() }
     }
 
     /// Combines the parts to one rigid body.
     pub fn sum(parts: &[Self]) -> Self {
-        let mass: f64 = parts.iter().map(|part| part.mass).sum();
-        if parts.is_empty() || mass == 0.0 {
-            return Self::ZERO;
+        let mass: T = parts.iter().map(|part| part.mass.clone()).sum();
+        if parts.is_empty() || mass.is_zero() {
+            return Self::none();
         }
         // Positions are relative to one of the parts, so that no digits are lost far from the
         // drawing's origin.
-        let near = parts[0].com;
-        let moment: Vector3<f64> = parts.iter().map(|part| (part.com - near) * part.mass).sum();
-        let com = near + moment / mass;
-        let inertia = parts.iter().map(|part| part.inertia_about(&com)).sum();
+        let near = &parts[0].com;
+        let moment = parts.iter().map(|part| (&part.com - near) * part.mass.clone());
+        let com = near + moment.fold(Vector3::zeros(), |sum, part| sum + part) / mass.clone();
+        let inertia = parts.iter().map(|part| part.inertia_about(&com));
+        let inertia = inertia.fold(Matrix3::zeros(), |sum, part| sum + part);
         Self { mass, com, inertia }
     }
 
     /// Returns the inertia about a point in the flat state, along the axes of the flat state, kg
     /// m^2.
-    pub fn inertia_about(&self, point: &Vector3<f64>) -> Matrix3<f64> {
-        let d = self.com - point;
-        self.inertia + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * self.mass
+    pub fn inertia_about(&self, point: &Vector3<T>) -> Matrix3<T> {
+        let d = &self.com - point;
+        let square = d.dot(&d);
+        let spread = Matrix3::identity() * square - &d * d.transpose();
+        &self.inertia + spread * self.mass.clone()
     }
 }

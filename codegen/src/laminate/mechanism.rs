@@ -158,13 +158,14 @@ pub struct SurfacePoint {
 
 /// Mass, centre of mass and inertia of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MassProperties {
+#[serde(bound = "T: nalgebra::Scalar + Serialize + serde::de::DeserializeOwned")]
+pub struct MassProperties<T = f64> {
     /// Mass, kg.
-    pub mass: f64,
+    pub mass: T,
     /// Centre of mass in the flat state, m.
-    pub com: Vector3<f64>,
+    pub com: Vector3<T>,
     /// Inertia about the centre of mass, flat axes, kg m^2.
-    pub inertia: Matrix3<f64>,
+    pub inertia: Matrix3<T>,
 }
 
 /// A revolute hinge. q turns `bodies[1]` relative to `bodies[0]` about `direction` (right hand).

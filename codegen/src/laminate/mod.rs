@@ -7,12 +7,15 @@ mod contact;
 mod elements;
 pub mod flexure;
 mod fold;
+mod geometry;
 mod hinge;
 mod kinks;
+mod lift;
 mod linear;
 mod mass;
 mod mechanism;
 mod neighbours;
+mod number;
 mod outline;
 mod plate;
 #[cfg(test)]
@@ -21,11 +24,13 @@ mod tunable;
 mod verdicts;
 
 pub use contact::SINKING;
+pub use geometry::{Geometry, HingeLine, fixed};
 pub use elements::{Elements, Motor, Tendon, Tension, Twist};
 pub(crate) use hinge::direction;
 pub use kinks::{Kink, kinks};
 pub use linear::{Excursion, excursions};
 pub use mechanism::*;
+pub use number::{Formula, Number, Real};
 pub use verdicts::{Verdict, verdicts};
 
 use nalgebra::Vector3;
@@ -138,7 +143,7 @@ fn points(model: &SourceModel) -> Vec<Point> {
     let point = |point: &crate::source::Point| Point {
         name: point.name.value.clone(),
         body: point.body,
-        at: point.at.into(),
+        at: point.at.value.into(),
     };
     model.points.iter().map(point).collect()
 }

@@ -148,7 +148,7 @@ impl<'m> Drawing<'m> {
             let [from, to] =
                 joint.axis.value.map(|[x, y]| Coord { x: x * self.scale, y: y * self.scale });
             let line = Line::new(from, to);
-            let height = joint.z * self.scale;
+            let height = joint.z.value * self.scale;
             let away = |piece: &&Piece| {
                 let [bottom, top] = piece.z;
                 let above = (height - top).max(bottom - height).max(0.0);

@@ -8,7 +8,7 @@ use geo::{
 
 use crate::arithmetic::{exp2, hypot, log2};
 use crate::source::codes::{self, Code};
-use crate::source::{Diagnostic, Diagnostics, Plate, Span, Spanned};
+use crate::source::{Diagnostic, Diagnostics, Drawn, Plate, Span};
 
 /// Areas below this fraction of the plate's area are rounding errors.
 const NEGLIGIBLE: f64 = 1e-9;
@@ -19,7 +19,7 @@ pub fn silhouette(layers: &[Vec<Plate>]) -> Vec<Plate> {
     let polygons: Vec<_> = layers.iter().flatten().map(|plate| polygon(plate, scale)).collect();
     let bare = |ring: &LineString<f64>| {
         let value = ring.coords().map(|c| [c.x / scale, c.y / scale]).collect();
-        Spanned { value, span: Span::default() }
+        Drawn { value, ..Drawn::default() }
     };
     let plate = |polygon: &Polygon<f64>| Plate {
         outline: bare(polygon.exterior()),
@@ -177,7 +177,7 @@ fn invalidities(plate: &Plate, polygon: &Polygon<f64>) -> Vec<Diagnostic> {
     errors
 }
 
-fn at(line: &Spanned<Vec<[f64; 2]>>, code: Code, message: &str) -> Diagnostic {
+fn at(line: &Drawn<Vec<[f64; 2]>>, code: Code, message: &str) -> Diagnostic {
     let span: Span = line.span;
     Diagnostic::error(code, span, message)
 }

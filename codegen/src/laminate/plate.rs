@@ -12,62 +12,98 @@
 //! ```
 
 use nalgebra::{Matrix3, Vector2, Vector3};
+use num_traits::Zero;
 
+use super::lift::{Lift, Values};
 use super::mechanism::{Body, MassProperties, Sheet};
+use super::number::Real;
 use super::{air, check, outline};
 use crate::source::{Diagnostics, Plate, Shape, SourceModel};
 
 /// One sheet of the layup.
-pub struct Layer<'a> {
+pub struct Layer<'a, T = f64> {
     /// Its material's name.
     pub material: &'a str,
     /// Height of its lower face, m.
-    pub bottom: f64,
+    pub bottom: T,
     /// Thickness, m.
-    pub thickness: f64,
+    pub thickness: T,
     /// Density, kg/m^3.
-    pub density: f64,
+    pub density: T,
 }
 
 /// Returns the sheets of the layup, bottom (z = 0) to top.
 pub fn stack(model: &SourceModel) -> impl Iterator<Item = Layer<'_>> {
-    model.layup.iter().scan(0.0, |top, material| {
+    stack_of(model, &Values)
+}
+
+/// As [`stack`], in the numbers of a lift.
+fn stack_of<'a, L: Lift>(
+    model: &'a SourceModel,
+    lift: &'a L,
+) -> impl Iterator<Item = Layer<'a, L::Real>> {
+    model.layup.iter().scan(L::Real::zero(), move |top, material| {
         let material = &model.materials[*material];
-        let bottom = *top;
-        *top += material.thickness.value;
-        let thickness = material.thickness.value;
-        let density = material.density.value;
+        let bottom = top.clone();
+        let thickness = lift.number(&material.thickness, 0);
+        *top += thickness.clone();
+        let density = lift.number(&material.density, 0);
         Some(Layer { material: &material.name.value, bottom, thickness, density })
     })
+}
+
+/// Returns the mass properties of a body that has no mistakes.
+pub fn mass_properties<L: Lift>(
+    model: &SourceModel,
+    source: &crate::source::Body,
+    lift: &L,
+) -> MassProperties<L::Real> {
+    let mut parts = Vec::new();
+    match &source.shape {
+        Shape::None => {}
+        Shape::Plates(layers) => {
+            for (layer, plates) in stack_of(model, lift).zip(layers) {
+                parts.extend(plates.iter().map(|plate| moments(plate, lift).extrude(&layer)));
+            }
+        }
+        Shape::Rigid { mass, com, inertia } => {
+            let given = Matrix3::from_fn(|i, j| inertia.value[i][j]);
+            let inertia = (given + given.transpose()) / 2.0;
+            parts.push(MassProperties {
+                mass: lift.number(mass, 0),
+                com: lift.point(com),
+                inertia: inertia.map(L::Real::from),
+            });
+        }
+    }
+    for point in &source.point_masses {
+        parts.push(MassProperties::point(lift.number(&point.mass, 0), lift.point(&point.at)));
+    }
+    MassProperties::sum(&parts)
 }
 
 /// Derives a body with its mass properties; errors of its geometry or mass go to `found`.
 pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagnostics) -> Body {
     let before = found.0.len();
-    let mut parts = Vec::new();
     let mut sheets = Vec::new();
     match &source.shape {
         Shape::None => {}
         Shape::Plates(layers) => {
             for (layer, plates) in stack(model).zip(layers) {
                 outline::check(plates, found);
-                parts.extend(plates.iter().map(|plate| moments(plate).extrude(&layer)));
                 sheets.extend(plates.iter().map(|plate| sheet(plate, &layer)));
             }
         }
-        Shape::Rigid { mass, com, inertia } => {
+        Shape::Rigid { mass, inertia, .. } => {
             check::positive("mass", mass, "kg", found);
             let given = Matrix3::from_fn(|i, j| inertia.value[i][j]);
             check::rigid_inertia(&given, inertia.span, found);
-            let inertia = (given + given.transpose()) / 2.0;
-            parts.push(MassProperties { mass: mass.value, com: com.value.into(), inertia });
         }
     }
     for point in &source.point_masses {
         check::positive("mass", &point.mass, "kg", found);
-        parts.push(MassProperties::point(point.mass.value, point.at.into()));
     }
-    let mass_properties = MassProperties::sum(&parts);
+    let mass_properties = mass_properties(model, source, &Values);
     let clean = !found.0[before..].iter().any(|d| d.severity == crate::source::Severity::Error);
     let sheets_are_physical =
         model.layup.iter().all(|material| check::is_physical(&model.materials[*material]));
@@ -88,7 +124,7 @@ pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagn
         mass_properties,
         mass_parameter: None,
         sheets,
-        point_masses: source.point_masses.iter().map(|point| point.at.into()).collect(),
+        point_masses: source.point_masses.iter().map(|point| point.at.value.into()).collect(),
         surface,
         span: source.span,
     }
@@ -105,20 +141,20 @@ fn sheet(plate: &Plate, layer: &Layer<'_>) -> Sheet {
 }
 
 /// Moments of a plane figure about a point near it.
-pub struct Moments {
+pub struct Moments<T = f64> {
     /// The point, in the flat state, m.
     pub origin: Vector2<f64>,
     /// Area, m^2.
-    pub area: f64,
+    pub area: T,
     /// Integral of (x, y) from the origin, m^3.
-    pub first: Vector2<f64>,
+    pub first: Vector2<T>,
     /// Integrals of x^2, y^2, x y from the origin, m^4.
-    pub second: [f64; 3],
+    pub second: [T; 3],
 }
 
 /// Moments of plates that do not overlap, about a point near the first.
 pub fn area_moments(plates: &[Plate]) -> Moments {
-    let mut parts = plates.iter().map(moments);
+    let mut parts = plates.iter().map(|plate| moments(plate, &Values));
     let none =
         Moments { origin: Vector2::zeros(), area: 0.0, first: Vector2::zeros(), second: [0.0; 3] };
     let mut total = parts.next().unwrap_or(none);
@@ -139,16 +175,16 @@ pub fn area_moments(plates: &[Plate]) -> Moments {
 }
 
 /// Returns the moments of a plate: outline minus holes, whatever their orientation.
-fn moments(plate: &Plate) -> Moments {
+fn moments<L: Lift>(plate: &Plate, lift: &L) -> Moments<L::Real> {
     let outline = &plate.outline.value;
     // The moments are about the middle of the bounding box, because digits would cancel far from
     // the drawing's origin.
     let low = outline.iter().fold([f64::INFINITY; 2], |a, b| [a[0].min(b[0]), a[1].min(b[1])]);
     let high = outline.iter().fold([f64::NEG_INFINITY; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
     let origin = Vector2::new(low[0] + (high[0] - low[0]) / 2.0, low[1] + (high[1] - low[1]) / 2.0);
-    let mut total = ring(outline, origin);
+    let mut total = ring(&lift.vertices(&plate.outline), origin);
     for hole in &plate.holes {
-        let hole = ring(&hole.value, origin);
+        let hole = ring(&lift.vertices(hole), origin);
         total.area -= hole.area;
         total.first -= hole.first;
         for (sum, part) in total.second.iter_mut().zip(hole.second) {
@@ -159,44 +195,58 @@ fn moments(plate: &Plate) -> Moments {
 }
 
 /// Returns the moments of the region inside a closed line.
-fn ring(vertices: &[[f64; 2]], origin: Vector2<f64>) -> Moments {
-    let mut area = 0.0;
+fn ring<T: Real>(vertices: &[Vector2<T>], origin: Vector2<f64>) -> Moments<T> {
+    let origin_of_ring = origin.map(T::from);
+    let mut area = T::zero();
     let mut first = Vector2::zeros();
-    let mut second = [0.0; 3];
+    let mut second = [T::zero(), T::zero(), T::zero()];
     for (i, from) in vertices.iter().enumerate() {
-        let a = Vector2::from(*from) - origin;
-        let b = Vector2::from(vertices[(i + 1) % vertices.len()]) - origin;
-        let cross = a.x * b.y - b.x * a.y;
-        area += cross / 2.0;
-        first += (a + b) * (cross / 6.0);
-        second[0] += cross / 12.0 * (a.x * a.x + a.x * b.x + b.x * b.x);
-        second[1] += cross / 12.0 * (a.y * a.y + a.y * b.y + b.y * b.y);
-        second[2] += cross / 24.0 * (2.0 * a.x * a.y + a.x * b.y + b.x * a.y + 2.0 * b.x * b.y);
+        let a = from - &origin_of_ring;
+        let b = &vertices[(i + 1) % vertices.len()] - &origin_of_ring;
+        let ([[ax, ay]], [[bx, by]]) = (a.data.0.clone(), b.data.0.clone());
+        let times = |x: &T, y: &T| x.clone() * y.clone();
+        let cross = times(&ax, &by) - times(&bx, &ay);
+        let share = |divisor: f64| cross.clone() / T::from(divisor);
+        area += share(2.0);
+        first += (a + b) * share(6.0);
+        second[0] += share(12.0) * (times(&ax, &ax) + times(&ax, &bx) + times(&bx, &bx));
+        second[1] += share(12.0) * (times(&ay, &ay) + times(&ay, &by) + times(&by, &by));
+        let twice = |x: &T, y: &T| T::from(2.0) * x.clone() * y.clone();
+        let mixed = twice(&ax, &ay) + times(&ax, &by) + times(&bx, &ay) + twice(&bx, &by);
+        second[2] += share(24.0) * mixed;
     }
-    let turn = if area < 0.0 { -1.0 } else { 1.0 };
-    let second = second.map(|moment| moment * turn);
-    Moments { origin, area: area * turn, first: first * turn, second }
+    let turn = T::from(if area.value() < 0.0 { -1.0 } else { 1.0 });
+    let second = second.map(|moment| moment * turn.clone());
+    Moments { origin, area: area * turn.clone(), first: first * turn, second }
 }
 
-impl Moments {
+impl<T: Real> Moments<T> {
     /// Returns the mass properties of the figure as a sheet of a layer.
-    fn extrude(&self, layer: &Layer<'_>) -> MassProperties {
-        if self.area == 0.0 {
-            return MassProperties::ZERO;
+    fn extrude(&self, layer: &Layer<'_, T>) -> MassProperties<T> {
+        if self.area.is_zero() {
+            return MassProperties::none();
         }
-        let surface = layer.density * layer.thickness;
-        let mass = surface * self.area;
-        let d = self.first / self.area;
-        let [xx, yy, xy] = self.second;
-        let xx = surface * (xx - self.area * d.x * d.x);
-        let yy = surface * (yy - self.area * d.y * d.y);
-        let xy = surface * (xy - self.area * d.x * d.y);
-        let zz = mass * layer.thickness * layer.thickness / 12.0;
-        let middle = layer.bottom + layer.thickness / 2.0;
+        let (thickness, area) = (&layer.thickness, &self.area);
+        let surface = layer.density.clone() * thickness.clone();
+        let mass = surface.clone() * area.clone();
+        let d = &self.first / area.clone();
+        let [[dx, dy]] = d.data.0.clone();
+        let [xx, yy, xy] = self.second.clone();
+        let central =
+            |about: T, x: &T, y: &T| surface.clone() * (about - area.clone() * x.clone() * y.clone());
+        let (xx, yy, xy) = (central(xx, &dx, &dx), central(yy, &dy, &dy), central(xy, &dx, &dy));
+        let zz = mass.clone() * thickness.clone() * thickness.clone() / T::from(12.0);
+        let middle = layer.bottom.clone() + thickness.clone() / T::from(2.0);
+        let zero = T::zero;
+        let [origin_x, origin_y] = [self.origin.x, self.origin.y].map(T::from);
         MassProperties {
             mass,
-            com: Vector3::new(self.origin.x + d.x, self.origin.y + d.y, middle),
-            inertia: Matrix3::new(yy + zz, -xy, 0.0, -xy, xx + zz, 0.0, 0.0, 0.0, xx + yy),
+            com: Vector3::new(origin_x + dx, origin_y + dy, middle),
+            inertia: Matrix3::from_row_slice(&[
+                yy.clone() + zz.clone(), -xy.clone(), zero(),
+                -xy, xx.clone() + zz, zero(),
+                zero(), zero(), xx + yy,
+            ]),
         }
     }
 }

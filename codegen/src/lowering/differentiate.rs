@@ -28,7 +28,10 @@ pub fn along_changes(function: Function, directions: &Directions) -> Function {
             Slot::Rate(id) => Moving::Rate(id),
             Slot::Parameter(id) => Moving::Parameter(id),
             Slot::Input(id) => Moving::Input(id),
-            Slot::Acceleration(_) | Slot::Multiplier(_) | Slot::Change(_) => return None,
+            // What follows from the parameters is differentiated before it moves out of the function.
+            Slot::Drawn(_) | Slot::Acceleration(_) | Slot::Multiplier(_) | Slot::Change(_) => {
+                return None;
+            }
         };
         Some(forward.push(Op::Load(Slot::Change(moving)), section))
     })

@@ -57,6 +57,7 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
                 doc: parameter.doc.clone(),
             })
             .collect(),
+        drawn: 0,
         inputs: mechanism.inputs.clone(),
         rows: equations.gamma.len(),
         loops: topology.summary_lines(),

@@ -10,6 +10,7 @@ mod code;
 mod constants;
 mod dead;
 mod differentiate;
+mod drawing;
 mod eliminate;
 mod facts;
 mod fold;
@@ -27,31 +28,60 @@ mod tests;
 use std::{panic, thread};
 
 use crate::kane::Equations;
+use drawing::Drawing;
 use crate::program::{Function, FunctionKind, Interface, Program, verify_function};
 
 /// The program of a mechanism. `source_name` (no folders) and `source_text` identify the input in
 /// the generated header.
 pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Program {
-    let interface = interface::interface(equations, source_name, source_text);
-    let reduce = |function: Function| {
-        let function = check(&interface, fold::fold(function));
-        let function = check(&interface, number::number(function));
-        check(&interface, dead::dead(function))
+    let mut interface = interface::interface(equations, source_name, source_text);
+    let mut drawing = Drawing::default();
+    let mut hoist = |interface: &mut Interface, function: Function| match equations.is_parametric {
+        true => {
+            let function = drawing.hoist(function);
+            interface.drawn = drawing.len();
+            function
+        }
+        false => function,
     };
-    let optimise = |function: Function| -> Function {
-        let function = check(&interface, like_terms::merge(reduce(function)));
-        let function = check(&interface, balance::balance(reduce(function)));
-        // Terms have met that cancel, and values that were not known to be the same.
-        reduce(function)
-    };
-    let mut functions = each(functions::functions(equations, &interface), optimise);
+    let functions = functions::functions(equations, &interface);
+    let functions = functions.into_iter().map(|function| hoist(&mut interface, function)).collect();
+    let passes = Passes { interface: &interface };
+    let mut functions = each(functions, |function| passes.optimise(function));
     let tangent = &functions[FunctionKind::Tangent as usize];
-    let solved = solution::functions(equations, tangent, optimise);
+    let solved = solution::functions(equations, tangent, |function| passes.optimise(function));
     functions.extend(solved);
     constants::snap(&mut functions);
-    let finished = |function| check(&interface, sections::sections(reduce(function)));
+    let functions = functions.into_iter().map(|function| hoist(&mut interface, function));
+    let mut functions: Vec<Function> = functions.collect();
+    let table = drawing.finish(&mut functions);
+    functions.push(table);
+    let passes = Passes { interface: &interface };
+    let finished = |function| check(&interface, sections::sections(passes.reduce(function)));
     let functions = each(functions, finished);
+    let drawn = functions[FunctionKind::Drawing as usize].outputs.first();
+    interface.drawn = drawn.map_or(0, |numbers| numbers.rows);
     Program { interface, facts: facts::facts(equations), functions }
+}
+
+/// Passes that belong together.
+struct Passes<'a> {
+    interface: &'a Interface,
+}
+
+impl Passes<'_> {
+    fn reduce(&self, function: Function) -> Function {
+        let function = check(self.interface, fold::fold(function));
+        let function = check(self.interface, number::number(function));
+        check(self.interface, dead::dead(function))
+    }
+
+    fn optimise(&self, function: Function) -> Function {
+        let function = check(self.interface, like_terms::merge(self.reduce(function)));
+        let function = check(self.interface, balance::balance(self.reduce(function)));
+        // Terms have met that cancel, and values that were not known to be the same.
+        self.reduce(function)
+    }
 }
 
 /// Applies passes to all functions, to each in a thread of its own.

@@ -32,9 +32,10 @@ pub fn number(function: Function) -> Function {
 }
 
 /// An operation with its constant as bits, or the place from which it loads, so that it can be looked up.
-type Key = (std::mem::Discriminant<Op>, [u64; 2]);
+pub type Key = (std::mem::Discriminant<Op>, [u64; 2]);
 
-fn key(op: Op) -> Key {
+/// Returns an operation as a key.
+pub fn key(op: Op) -> Key {
     let words = match op {
         // NaN is NaN with any sign.
         Op::Const(number) if number.is_nan() => [f64::NAN.to_bits(), 0],
@@ -52,7 +53,7 @@ fn key(op: Op) -> Key {
 }
 
 /// Operands of commutative operations in ascending order, constants first.
-fn canonical(op: Op) -> Op {
+pub fn canonical(op: Op) -> Op {
     match op {
         Op::Add(x, y) if y < x => Op::Add(y, x),
         Op::Mul(x, y) if y < x => Op::Mul(y, x),

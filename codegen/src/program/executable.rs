@@ -21,6 +21,8 @@ pub struct Executable<E> {
     /// Functions that the program does not leave out.
     functions: Vec<FunctionKind>,
     parameters: Vec<f64>,
+    /// The numbers that follow from the parameters alone.
+    drawing: Vec<f64>,
     inputs: Vec<f64>,
 }
 
@@ -40,13 +42,27 @@ impl<E: Engine> Executable<E> {
     pub fn new(program: &Program) -> Self {
         let interface = program.interface.clone();
         let written = program.functions.iter().filter(|function| !function.outputs.is_empty());
-        Self {
+        let mut executable = Self {
             functions: written.map(|function| function.kind).collect(),
             engine: E::new(program),
             parameters: interface.parameters.iter().map(|p| p.value).collect(),
+            drawing: vec![0.0; interface.drawn],
             inputs: vec![0.0; interface.inputs.len()],
             interface,
+        };
+        executable.draw();
+        executable
+    }
+
+    /// Computes the numbers that follow from the parameters alone.
+    fn draw(&mut self) {
+        if self.drawing.is_empty() {
+            return;
         }
+        let mut drawing = std::mem::take(&mut self.drawing);
+        let drawn = self.evaluate(FunctionKind::Drawing, State::default(), &mut [&mut drawing]);
+        debug_assert_eq!(drawn, Ok(()));
+        self.drawing = drawing;
     }
 
     /// The engine that evaluates the functions.
@@ -77,6 +93,7 @@ impl<E: Engine> Executable<E> {
         let index = self.interface.parameters.iter().position(|p| p.name == name);
         let index = index.ok_or_else(|| UnknownName(name.to_owned()))?;
         self.parameters[index] = value;
+        self.draw();
         Ok(())
     }
 
@@ -108,6 +125,7 @@ impl<E: Engine> Executable<E> {
     /// Resets parameters and inputs to their defaults.
     pub fn reset(&mut self) {
         self.parameters = self.interface.parameters.iter().map(|p| p.value).collect();
+        self.draw();
         self.inputs.fill(0.0);
     }
 
@@ -122,7 +140,7 @@ impl<E: Engine> Executable<E> {
         if !self.functions.contains(&kind) {
             return Err(Error::LeftOut { function: signature.name });
         }
-        let read = signature.inputs.iter().map(|&argument| {
+        let read = kind.inputs(&self.interface).map(|argument| {
             let expected = argument.array().shape.length(&self.interface);
             (expected, self.read(argument, &at).len())
         });
@@ -185,6 +203,7 @@ impl<E: Engine> Executable<E> {
             Argument::Speeds => at.u,
             Argument::Parameters => &self.parameters,
             Argument::Inputs => &self.inputs,
+            Argument::Drawing => &self.drawing,
             Argument::Accelerations => at.acceleration,
             Argument::Multipliers => at.multipliers,
             Argument::TimeChange => std::slice::from_ref(&at.change.t),

@@ -62,6 +62,8 @@ pub enum Slot {
     Parameter(ParameterId),
     /// An input.
     Input(InputId),
+    /// A number that follows from the parameters alone.
+    Drawn(usize),
     /// Given du/dt: rad/s^2, of free bodies m/s^2 too.
     Acceleration(SpeedId),
     /// Given closure force lambda of a row, N.
@@ -233,6 +235,8 @@ pub struct Interface {
     pub contacts: Vec<String>,
     /// Parameters.
     pub parameters: Vec<ParameterInfo>,
+    /// How many numbers follow from the parameters alone and are computed once: 0 if the drawing has no parameters.
+    pub drawn: usize,
     /// Input names.
     pub inputs: Vec<String>,
     /// Rows of the acceleration's closure Jacobian.

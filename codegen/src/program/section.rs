@@ -110,6 +110,7 @@ macro_rules! phases {
 }
 
 phases! {
+    Drawing, "number of the drawing", "what follows from the parameters alone";
     Formula, "formula of the model", "the model's operations, in their order";
     HingeAngle, "hinge angle", "s = sin q, c = cos q";
     Orientation, "orientation of a free body", "A = 1 + 2 w [v]x + 2 [v]x [v]x, v = (x, y, z)";

@@ -33,13 +33,18 @@ pub struct UnknownFunction {
 
 /// The functions that a module may do without.
 fn optional() -> impl Iterator<Item = FunctionKind> {
-    FunctionKind::ALL.into_iter().filter(|kind| kind.signature().role != Role::Required)
+    FunctionKind::ALL.into_iter().filter(|&kind| !is_needed(kind))
+}
+
+/// Returns whether all modules that have the function need it.
+fn is_needed(kind: FunctionKind) -> bool {
+    // The other functions read what it computes.
+    kind.signature().role == Role::Required || kind == FunctionKind::Drawing
 }
 
 impl Selection {
     fn of(kinds: impl IntoIterator<Item = FunctionKind>) -> Self {
-        let required =
-            FunctionKind::ALL.into_iter().filter(|kind| kind.signature().role == Role::Required);
+        let required = FunctionKind::ALL.into_iter().filter(|&kind| is_needed(kind));
         Self(kinds.into_iter().chain(required).fold(0, |set, kind| set | 1 << kind as u16))
     }
 

@@ -73,6 +73,8 @@ pub enum Size {
     ContactRows,
     /// D: the joints that follow a prescribed angle.
     Drives,
+    /// The numbers that follow from the parameters alone.
+    Drawn,
     /// The parameters.
     Parameters,
     /// The inputs.
@@ -94,6 +96,7 @@ impl Size {
             Self::Contacts => interface.contacts.len(),
             Self::ContactRows => 3 * interface.contacts.len(),
             Self::Drives => interface.driven().len(),
+            Self::Drawn => interface.drawn,
             Self::Parameters => interface.parameters.len(),
             Self::Inputs => interface.inputs.len(),
         }
@@ -114,6 +117,7 @@ impl std::fmt::Display for Size {
             Self::Contacts => "K",
             Self::ContactRows => "3 K",
             Self::Drives => "D",
+            Self::Drawn => "drawn",
             Self::Parameters => "parameters",
             Self::Inputs => "inputs",
         };

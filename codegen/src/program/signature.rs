@@ -27,12 +27,13 @@ pub enum FunctionKind {
     Acceleration,
     Projection,
     Jacobian,
+    Drawing,
 }
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 14] = {
-        let mut all = [Self::Equations; 14];
+    pub const ALL: [Self; 15] = {
+        let mut all = [Self::Equations; 15];
         let mut index = 0;
         while index < all.len() {
             all[index] = SIGNATURES[index].kind;
@@ -44,6 +45,14 @@ impl FunctionKind {
     /// What the function is called, reads and writes.
     pub fn signature(self) -> &'static Signature {
         &SIGNATURES[self as usize]
+    }
+
+    /// What the function reads, in order: the inputs of its signature, and the numbers of the drawing if some depend
+    /// on parameters.
+    pub fn inputs(self, interface: &Interface) -> impl Iterator<Item = Argument> + Clone {
+        let is_drawn = interface.drawn > 0 && self != Self::Drawing;
+        let given = self.signature().inputs.iter().copied();
+        given.chain(is_drawn.then_some(Argument::Drawing))
     }
 
     /// The function's name in reports.
@@ -104,6 +113,8 @@ pub enum Argument {
     Speeds,
     Parameters,
     Inputs,
+    /// See [`FunctionKind::inputs`].
+    Drawing,
     Accelerations,
     Multipliers,
     TimeChange,
@@ -116,13 +127,16 @@ pub enum Argument {
 impl Argument {
     /// Name, shape, unit and meaning.
     pub const fn array(self) -> Array {
-        use Size::{Coordinates, Inputs, Parameters, Rows, Speeds};
+        use Size::{Coordinates, Drawn, Inputs, Parameters, Rows, Speeds};
         match self {
             Self::Time => array("t", Shape::SCALAR, "s", "the time"),
             Self::Positions => vector("q", Coordinates, "rad", "the coordinates"),
             Self::Speeds => vector("u", Speeds, "rad/s", "the speeds"),
             Self::Parameters => vector("p", Parameters, "SI", "the parameters"),
             Self::Inputs => vector("in", Inputs, "SI", "the inputs"),
+            Self::Drawing => {
+                vector("drawing", Drawn, "SI", "the numbers that follow from the parameters alone")
+            }
             Self::Accelerations => vector("a", Speeds, "rad/s^2", "du/dt"),
             Self::Multipliers => vector("lambda", Rows, "N", "the closure forces"),
             Self::TimeChange => array("dt", Shape::SCALAR, "s", "the change of t"),
@@ -148,6 +162,7 @@ impl Slot {
             Self::Rate(id) => (Argument::Speeds, id.index()),
             Self::Parameter(id) => (Argument::Parameters, id.index()),
             Self::Input(id) => (Argument::Inputs, id.index()),
+            Self::Drawn(place) => (Argument::Drawing, place),
             Self::Acceleration(id) => (Argument::Accelerations, id.index()),
             Self::Multiplier(row) => (Argument::Multipliers, row),
             Self::Change(Moving::Time) => (Argument::TimeChange, 0),
@@ -204,7 +219,7 @@ const MARGIN: Array = vector(
 );
 
 /// Every function, in the order of [`FunctionKind`].
-pub const SIGNATURES: [Signature; 14] = [
+pub const SIGNATURES: [Signature; 15] = [
     Signature {
         kind: FunctionKind::Equations,
         name: "equations",
@@ -396,5 +411,13 @@ pub const SIGNATURES: [Signature; 14] = [
             MARGIN,
         ],
         doc: "du/dt by elimination, and its derivatives",
+    },
+    Signature {
+        kind: FunctionKind::Drawing,
+        name: "drawing",
+        role: Role::Output,
+        inputs: &[Argument::Parameters],
+        outputs: &[vector("numbers", Size::Drawn, "SI", "the numbers")],
+        doc: "The numbers that follow from the parameters alone, which the other functions read",
     },
 ];

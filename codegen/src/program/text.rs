@@ -19,7 +19,7 @@ impl fmt::Display for Program {
 impl Program {
     fn function(&self, function: &Function, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let signature = function.kind.signature();
-        let inputs: Vec<_> = signature.inputs.iter().map(|input| input.name()).collect();
+        let inputs: Vec<_> = function.kind.inputs(&self.interface).map(|input| input.name()).collect();
         writeln!(f, "function {}({})  ; {}", signature.name, inputs.join(", "), function.cost())?;
         let mut section = None;
         for (index, instruction) in function.instructions.iter().enumerate() {
@@ -67,7 +67,7 @@ impl Program {
             Slot::Input(id) | Slot::Change(Moving::Input(id)) => {
                 interface.inputs[id.index()].clone()
             }
-            Slot::Multiplier(_) => index.to_string(),
+            Slot::Multiplier(_) | Slot::Drawn(_) => index.to_string(),
             Slot::Time | Slot::Change(Moving::Time) => return argument.name().to_owned(),
         };
         format!("{}.{element}", argument.name())

@@ -160,7 +160,8 @@ pub fn verify_function(interface: &Interface, function: &Function) -> Result<(),
 /// Returns whether a slot exists and is an argument of functions of this kind.
 fn readable(interface: &Interface, kind: FunctionKind, slot: Slot) -> bool {
     let (argument, index) = slot.place();
-    kind.signature().inputs.contains(&argument) && index < argument.array().shape.length(interface)
+    let mut inputs = kind.inputs(interface);
+    inputs.any(|it| it == argument) && index < argument.array().shape.length(interface)
 }
 
 #[cfg(test)]

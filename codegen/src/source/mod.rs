@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 mod argument;
 pub mod codes;
 pub mod diagnostic;
+mod drawn;
 mod edit;
 pub mod elements;
 pub mod expression;
@@ -24,6 +25,7 @@ pub mod ids;
 mod lower;
 mod model;
 mod names;
+mod parameters;
 #[cfg(feature = "drawings")]
 pub mod pattern;
 mod polynomial;
@@ -44,6 +46,7 @@ pub use argument::{
 };
 pub use codes::Code;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanned};
+pub use drawn::{Drawn, Places};
 pub use edit::EditError;
 pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::argument::AngleUnit;
 use super::diagnostic::{SourceFile, Span, Spanned};
+use super::drawn::Drawn;
 use super::elements::Elements;
 use super::expression::Expression;
 use super::ids::{BodyId, InputId, JointId, PointId};
@@ -138,7 +139,7 @@ pub struct Contact {
 #[derive(Clone, Debug)]
 pub struct ContactPlane {
     /// A point of it in the flat state, m.
-    pub point: [f64; 3],
+    pub point: Drawn<[f64; 3]>,
     /// The direction in which it pushes, of any length, in the flat state.
     pub normal: Spanned<[f64; 3]>,
     /// The body that carries it; `None` for the ground.
@@ -164,11 +165,11 @@ pub struct Material {
     /// Its name.
     pub name: Spanned<String>,
     /// Density, kg/m^3.
-    pub density: Spanned<f64>,
+    pub density: Drawn<f64>,
     /// Sheet thickness, m.
-    pub thickness: Spanned<f64>,
+    pub thickness: Drawn<f64>,
     /// Young's modulus, Pa.
-    pub youngs_modulus: Option<Spanned<f64>>,
+    pub youngs_modulus: Option<Drawn<f64>>,
     /// Yield stress, Pa.
     pub yield_stress: Option<Spanned<f64>>,
 }
@@ -202,9 +203,9 @@ pub enum Shape {
     /// Mass, centre of mass and inertia are given.
     Rigid {
         /// Mass, kg.
-        mass: Spanned<f64>,
+        mass: Drawn<f64>,
         /// Centre of mass in the flat state, m.
-        com: Spanned<[f64; 3]>,
+        com: Drawn<[f64; 3]>,
         /// Inertia about the centre of mass, axes of the flat state, kg m^2.
         inertia: Spanned<[[f64; 3]; 3]>,
     },
@@ -214,18 +215,18 @@ pub enum Shape {
 #[derive(Clone, Debug)]
 pub struct Plate {
     /// Vertices, m; the last is joined to the first; either orientation.
-    pub outline: Spanned<Vec<[f64; 2]>>,
+    pub outline: Drawn<Vec<[f64; 2]>>,
     /// Holes, in the same form as the outline.
-    pub holes: Vec<Spanned<Vec<[f64; 2]>>>,
+    pub holes: Vec<Drawn<Vec<[f64; 2]>>>,
 }
 
 /// A mass without extent.
 #[derive(Clone, Debug)]
 pub struct PointMass {
     /// Mass, kg.
-    pub mass: Spanned<f64>,
+    pub mass: Drawn<f64>,
     /// Position in the flat state, m.
-    pub at: [f64; 3],
+    pub at: Drawn<[f64; 3]>,
 }
 
 /// A flexure hinge.
@@ -236,9 +237,9 @@ pub struct Joint {
     /// q turns `bodies[1]` relative to `bodies[0]`.
     pub bodies: [Spanned<BodyId>; 2],
     /// Two points of the hinge line in the flat state, m.
-    pub axis: Spanned<[[f64; 2]; 2]>,
+    pub axis: Drawn<[[f64; 2]; 2]>,
     /// Height of the hinge line, m.
-    pub z: f64,
+    pub z: Drawn<f64>,
     /// The linear spring.
     pub spring: Spring,
     /// Damping, N m s/rad.
@@ -271,11 +272,11 @@ pub enum Spring {
         /// Index into `materials`: gives E and t.
         material: Spanned<usize>,
         /// Free length L across the gap, m.
-        length: Spanned<f64>,
+        length: Drawn<f64>,
         /// Width w along the hinge line, m.
-        width: Spanned<f64>,
+        width: Drawn<f64>,
         /// Total length that is cut out of the width, m.
-        gaps: Option<Spanned<f64>>,
+        gaps: Option<Drawn<f64>>,
     },
     /// The polynomials of DETC2018-86359, which give the damping too.
     Sharifzadeh2018 {
@@ -323,6 +324,8 @@ pub struct Parameter {
     pub value: f64,
     /// Its dimension, if it was written with a unit.
     pub dimension: Option<Dimension>,
+    /// Smallest and largest value for which the model has to hold, SI.
+    pub range: Option<Spanned<[f64; 2]>>,
 }
 
 /// A kind of constant that `tunable` turns into parameters.
@@ -346,7 +349,7 @@ pub struct Point {
     /// The body it is fixed to.
     pub body: BodyId,
     /// Position in the flat state, m.
-    pub at: [f64; 3],
+    pub at: Drawn<[f64; 3]>,
 }
 
 /// A force at a point.

@@ -131,7 +131,7 @@ fn every_key_is_read() {
     let corners = [[0.0, 0.0], [0.04, 0.0], [0.04, 0.02], [0.0, 0.02]];
     assert!(layers.len() == 3 && layers.iter().all(|l| l[0].outline.value == corners));
     assert_eq!(
-        (left.point_masses[0].mass.value, left.point_masses[0].at),
+        (left.point_masses[0].mass.value, left.point_masses[0].at.value),
         (0.5e-3, [1e-3, 2e-3, 0.0])
     );
     let Shape::Plates(layers) = &right.shape else { panic!() };
@@ -153,7 +153,7 @@ fn every_key_is_read() {
 
     let [j0, j1, j2] = model.joints.as_slice() else { panic!() };
     assert_eq!(j0.bodies.each_ref().map(|b| b.value), [BodyId(0), BodyId(2)]);
-    assert_eq!((j0.axis.value, j0.z), ([[0.0, 0.0], [0.0, 0.02]], 0.5e-3));
+    assert_eq!((j0.axis.value, j0.z.value), ([[0.0, 0.0], [0.0, 0.02]], 0.5e-3));
     let Spring::Stiffness(stiffness) = &j0.spring else { panic!() };
     assert_eq!(stiffness.value, Expression::Parameter(ParameterId(0)));
     assert_eq!(j0.rest.value, Expression::Number(10f64.to_radians()));
@@ -161,14 +161,14 @@ fn every_key_is_read() {
     assert!(matches!(&j1.spring, Spring::Beam { material, length, width, gaps: None }
             if (material.value, length.value, width.value) == (1, 1e-3, 20e-3)));
     assert_eq!(j1.damping.value, Expression::Number(1e-6));
-    assert!(j2.limits.is_none() && j2.torque.value == Expression::ZERO && j2.z == 0.0);
+    assert!(j2.limits.is_none() && j2.torque.value == Expression::ZERO && j2.z.value == 0.0);
 
     assert_eq!(model.initial_q, [(JointId(0), 30f64.to_radians()), (JointId(2), -0.5)]);
     assert_eq!(model.initial_u, [(JointId(1), PI / 2.0)]);
     assert_eq!(model.initial_fold.as_ref().map(|share| share.value), Some(0.3));
     let folds = [j0, j1, j2].map(|joint| joint.fold.as_ref().map(|fold| fold.value));
     assert_eq!(folds, [None, None, Some(-PI)]);
-    assert_eq!((model.points[0].body, model.points[0].at), (BodyId(3), [0.04, 0.01, 0.5e-3]));
+    assert_eq!((model.points[0].body, model.points[0].at.value), (BodyId(3), [0.04, 0.01, 0.5e-3]));
     assert_eq!(model.forces[0].point, PointId(0));
     assert_eq!(model.forces[0].force[1], Expression::Number(5e-3));
     elements_are_read(&model);

@@ -5,10 +5,11 @@
 use std::fmt::Write;
 
 use super::diagnostic::Spanned;
+use super::drawn::Drawn;
 use super::expression::Expression;
 use super::formula::{number, print};
 use super::model::{
-    Body, Contact, ContactPlane, ContactPoints, HingeModel, Joint, Plate, Shape, SourceModel,
+    Body, Contact, ContactPlane, ContactPoints, HingeModel, Joint, Parameter, Plate, Shape, SourceModel,
     Spring,
 };
 use super::polynomial::Term;
@@ -26,11 +27,7 @@ pub fn to_yaml(model: &SourceModel) -> String {
     line(&mut out, 0, &format!("gravity: {}", expressions(&model.gravity, model)));
     line(&mut out, 0, &format!("tolerance: {}", number(model.tolerance)));
     materials(&mut out, model);
-    section(&mut out, "parameters", &model.parameters, |out, parameter| {
-        let unit = parameter.dimension.map_or(String::new(), |dimension| dimension.si_unit());
-        let text = format!("{}: {} {unit}", parameter.name.value, number(parameter.value));
-        line(out, 1, text.trim_end());
-    });
+    section(&mut out, "parameters", &model.parameters, parameter);
     names(&mut out, "inputs", model.inputs.iter().map(|input| input.value.as_str()));
     if let Some(air) = &model.air {
         let [density, drag] = [&air.density, &air.drag].map(|law| expression(&law.value, model));
@@ -38,13 +35,13 @@ pub fn to_yaml(model: &SourceModel) -> String {
     }
     section(&mut out, "hinge_models", &model.hinge_models, hinge_model);
     names(&mut out, "tunable", model.tunable.iter().map(|kind| kind.value.name()));
-    section(&mut out, "bodies", &model.bodies, body);
+    section(&mut out, "bodies", &model.bodies, |out, item| body(out, item, model));
     section(&mut out, "joints", &model.joints, |out, item| joint(out, item, model));
     initial(&mut out, model);
     section(&mut out, "points", &model.points, |out, point| {
         let body = &model.bodies[point.body.index()].name.value;
         let name = &point.name.value;
-        line(out, 1, &format!("{name}: {{ body: {body}, at: {} }}", list(&point.at)));
+        line(out, 1, &format!("{name}: {{ body: {body}, at: {} }}", drawn(&point.at, model)));
     });
     section(&mut out, "forces", &model.forces, |out, force| {
         let point = &model.points[force.point.index()].name.value;
@@ -57,19 +54,29 @@ pub fn to_yaml(model: &SourceModel) -> String {
     out
 }
 
+fn parameter(out: &mut String, parameter: &Parameter) {
+    let unit = parameter.dimension.map_or(String::new(), |dimension| dimension.si_unit());
+    let with_unit = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
+    let (name, value) = (&parameter.name.value, with_unit(parameter.value));
+    match &parameter.range {
+        None => line(out, 1, &format!("{name}: {value}")),
+        Some(range) => {
+            let [low, high] = range.value.map(with_unit);
+            line(out, 1, &format!("{name}: {{ value: {value}, range: [{low}, {high}] }}"));
+        }
+    }
+}
+
 fn materials(out: &mut String, model: &SourceModel) {
     section(out, "materials", &model.materials, |out, material| {
         let mut fields = vec![
-            format!("density: {}", number(material.density.value)),
-            format!("thickness: {}", number(material.thickness.value)),
+            format!("density: {}", measure(&material.density, model)),
+            format!("thickness: {}", measure(&material.thickness, model)),
         ];
-        let optional = [
-            ("youngs_modulus", &material.youngs_modulus),
-            ("yield_stress", &material.yield_stress),
-        ];
-        for (key, value) in optional {
-            fields.extend(value.as_ref().map(|value| format!("{key}: {}", number(value.value))));
-        }
+        let modulus = material.youngs_modulus.as_ref();
+        fields.extend(modulus.map(|value| format!("youngs_modulus: {}", measure(value, model))));
+        let stress = material.yield_stress.as_ref();
+        fields.extend(stress.map(|value| format!("yield_stress: {}", number(value.value))));
         mapping(out, 1, &material.name.value, &fields);
     });
     if !model.layup.is_empty() {
@@ -128,7 +135,7 @@ fn contact(out: &mut String, contact: &Contact, model: &SourceModel) {
     line(out, 1, &format!("{}:", contact.name.value));
     let ContactPlane { point, normal, body, within } = &contact.plane;
     let mut plane =
-        vec![format!("point: {}", list(point)), format!("normal: {}", list(&normal.value))];
+        vec![format!("point: {}", drawn(point, model)), format!("normal: {}", list(&normal.value))];
     let body = body.as_ref().map(|body| &model.bodies[body.value.index()].name.value);
     plane.extend(body.map(|body| format!("body: {body}")));
     plane.extend(within.as_ref().map(|_| format!("within: {OUTLINE}")));
@@ -207,12 +214,38 @@ fn expression(expression: &Expression, model: &SourceModel) -> String {
     }
 }
 
+/// Writes a number of the drawing.
+fn measure(given: &Drawn<f64>, model: &SourceModel) -> String {
+    given.formula(0).map_or_else(|| number(given.value), |formula| expression(formula, model))
+}
+
+/// Writes a list of numbers of the drawing.
+fn drawn<const K: usize>(given: &Drawn<[f64; K]>, model: &SourceModel) -> String {
+    row(given, 0, &given.value, model)
+}
+
+/// Writes one row of numbers of the drawing.
+fn row<T>(given: &Drawn<T>, row: usize, values: &[f64], model: &SourceModel) -> String {
+    let texts = values.iter().enumerate().map(|(column, value)| {
+        let formula = given.formula(row * values.len() + column);
+        formula.map_or_else(|| number(*value), |formula| expression(formula, model))
+    });
+    format!("[{}]", texts.collect::<Vec<_>>().join(", "))
+}
+
+fn vertices<'d>(
+    ring: &'d Drawn<Vec<[f64; 2]>>,
+    model: &'d SourceModel,
+) -> impl Iterator<Item = String> + 'd {
+    ring.value.iter().enumerate().map(move |(index, vertex)| row(ring, index, vertex, model))
+}
+
 fn expressions(values: &[Expression], model: &SourceModel) -> String {
     let values: Vec<_> = values.iter().map(|value| expression(value, model)).collect();
     format!("[{}]", values.join(", "))
 }
 
-fn body(out: &mut String, body: &Body) {
+fn body(out: &mut String, body: &Body, model: &SourceModel) {
     let is_bare =
         matches!(body.shape, Shape::None) && body.point_masses.is_empty() && body.slits.is_empty();
     if is_bare {
@@ -232,41 +265,44 @@ fn body(out: &mut String, body: &Body) {
     }
     match &body.shape {
         Shape::None => {}
-        Shape::Plates(layers) => plates(out, &body.name.value, layers),
+        Shape::Plates(layers) => plates(out, &body.name.value, layers, model),
         Shape::Rigid { mass, com, inertia } => {
-            line(out, 2, &format!("mass: {}", number(mass.value)));
-            line(out, 2, &format!("com: {}", list(&com.value)));
+            line(out, 2, &format!("mass: {}", measure(mass, model)));
+            line(out, 2, &format!("com: {}", drawn(com, model)));
             line(out, 2, "inertia:");
             inertia.value.iter().for_each(|row| line(out, 3, &format!("- {}", list(row))));
         }
     }
     if !body.slits.is_empty() {
         line(out, 2, "slits:");
-        body.slits.iter().for_each(|slit| ring(out, 3, "- ", slit));
+        body.slits.iter().for_each(|slit| ring(out, 3, "- ", slit.iter().map(|end| list(end))));
     }
     if !body.point_masses.is_empty() {
         line(out, 2, "point_masses:");
         for point in &body.point_masses {
-            let mass = number(point.mass.value);
-            line(out, 3, &format!("- {{ mass: {mass}, at: {} }}", list(&point.at)));
+            let [mass, at] = [measure(&point.mass, model), drawn(&point.at, model)];
+            line(out, 3, &format!("- {{ mass: {mass}, at: {at} }}"));
         }
     }
 }
 
 /// Writes plates; equal layers are written once.
-fn plates(out: &mut String, name: &str, layers: &[Vec<Plate>]) {
+fn plates(out: &mut String, name: &str, layers: &[Vec<Plate>], model: &SourceModel) {
     let same = |a: &[Plate], b: &[Plate]| {
         a.len() == b.len()
             && a.iter().zip(b).all(|(a, b)| {
-                a.outline.value == b.outline.value
-                    && a.holes.iter().map(|h| &h.value).eq(b.holes.iter().map(|h| &h.value))
+                let rings = |plate: &'_ Plate| {
+                    let rings = [&plate.outline].into_iter().chain(&plate.holes);
+                    rings.map(|ring| vertices(ring, model).collect()).collect::<Vec<Vec<_>>>()
+                };
+                rings(a) == rings(b)
             })
     };
     if let [first, rest @ ..] = layers
         && let [plate] = first.as_slice()
         && rest.iter().all(|layer| same(layer, first))
     {
-        return plate_fields(out, 2, plate, "");
+        return plate_fields(out, 2, plate, "", model);
     }
     line(out, 2, "layers:");
     for (i, layer) in layers.iter().enumerate() {
@@ -283,29 +319,35 @@ fn plates(out: &mut String, name: &str, layers: &[Vec<Plate>]) {
             false => line(out, 3, "-"),
         }
         for plate in layer {
-            plate_fields(out, 4, plate, "- ");
+            plate_fields(out, 4, plate, "- ", model);
         }
     }
 }
 
 /// Writes `outline` and `holes`; `mark` starts the first line.
-fn plate_fields(out: &mut String, indent: usize, plate: &Plate, mark: &str) {
-    ring(out, indent, &format!("{mark}outline: "), &plate.outline.value);
+fn plate_fields(
+    out: &mut String,
+    indent: usize,
+    plate: &Plate,
+    mark: &str,
+    model: &SourceModel,
+) {
+    ring(out, indent, &format!("{mark}outline: "), vertices(&plate.outline, model));
     if !plate.holes.is_empty() {
         let inner = indent + mark.len() / 2;
         line(out, inner, "holes:");
-        plate.holes.iter().for_each(|hole| ring(out, inner + 1, "- ", &hole.value));
+        plate.holes.iter().for_each(|hole| ring(out, inner + 1, "- ", vertices(hole, model)));
     }
 }
 
 /// Writes a list of vertices, as many on each line as fit.
-fn ring(out: &mut String, indent: usize, key: &str, vertices: &[[f64; 2]]) {
+fn ring(out: &mut String, indent: usize, key: &str, vertices: impl Iterator<Item = String>) {
     let mut text = format!("{key}[");
     let hanging = indent + 1 + usize::from(key.starts_with("- o"));
     let mut indent = indent;
-    for (i, vertex) in vertices.iter().enumerate() {
-        let last = i + 1 == vertices.len();
-        let item = format!("{}{}", list(vertex), if last { "]" } else { "," });
+    let mut vertices = vertices.peekable();
+    while let Some(vertex) = vertices.next() {
+        let item = format!("{vertex}{}", if vertices.peek().is_none() { "]" } else { "," });
         if 2 * indent + text.len() + 1 + item.len() > WIDTH {
             line(out, indent, text.trim_end());
             (text, indent) = (String::new(), hanging);
@@ -323,7 +365,7 @@ fn joint(out: &mut String, joint: &Joint, model: &SourceModel) {
     let [first, second] =
         joint.bodies.each_ref().map(|id| &model.bodies[id.value.index()].name.value);
     line(out, 2, &format!("bodies: [{first}, {second}]"));
-    let points = joint.axis.value.each_ref().map(|point| list(point));
+    let points: Vec<String> = (0..2).map(|end| row(&joint.axis, end, &joint.axis.value[end], model)).collect();
     let axis = format!("axis: [{}]", points.join(", "));
     match axis.len() + 4 > WIDTH {
         true => {
@@ -333,8 +375,8 @@ fn joint(out: &mut String, joint: &Joint, model: &SourceModel) {
         false => line(out, 2, &axis),
     }
     // A negative zero must stay negative.
-    if joint.z.to_bits() != 0 {
-        line(out, 2, &format!("z: {}", number(joint.z)));
+    if joint.z.value.to_bits() != 0 || !joint.z.is_fixed() {
+        line(out, 2, &format!("z: {}", measure(&joint.z, model)));
     }
     let mut law = |key: &str, value: &Expression| {
         if !matches!(value, Expression::Number(zero) if zero.to_bits() == 0) {
@@ -376,8 +418,10 @@ fn hinge(out: &mut String, spring: &Spring, model: &SourceModel) {
         Spring::Stiffness(_) => return,
         Spring::Beam { material, length, width, gaps } => {
             let material = &model.materials[material.value].name.value;
-            let (size, gaps) = (size(length, width), optional("gaps", gaps));
-            format!("model: beam, material: {material}, {size}{gaps}")
+            let [length, width] = [length, width].map(|given| measure(given, model));
+            let gaps = gaps.as_ref().map(|gaps| format!(", gaps: {}", measure(gaps, model)));
+            let gaps = gaps.unwrap_or_default();
+            format!("model: beam, material: {material}, length: {length}, width: {width}{gaps}")
         }
         Spring::Family { model: family, length, width, area, .. } => {
             let name = &model.hinge_models[*family].name.value;

@@ -87,31 +87,21 @@ impl<'a> HingeLines<'a> {
 
     /// Returns the points and rows of the closure equations of a loop of this class; `sense` is the
     /// ghost's.
-    ///
-    /// The closing hinge is an axis of the frame, so that its rotation affects fewer rows.
     pub fn writing(&self, class: &LoopClass, sense: f64) -> Writing {
         let closing = self.hinges[0];
-        let (along, up) = (closing.direction * sense, Vector3::z());
-        let across = up.cross(&along);
-        let (origin, [x, y, z], rows): (_, _, &[(usize, usize)]) = match class {
+        let (origin, rows): (_, &[(usize, usize)]) = match class {
             // The normal is z; P1 moves in the plane and P2 across.
-            LoopClass::Planar { .. } => {
-                (closing.point, [across, up, across.cross(&up)], &[(0, 0), (0, 1), (1, 1)])
-            }
+            LoopClass::Planar { .. } => (closing.point, &[(0, 0), (0, 1), (1, 1)]),
             // P1 stays; P2 and P3 turn about it.
-            LoopClass::Spherical { centre } => {
-                (*centre, [along, across, up], &[(1, 1), (1, 2), (2, 2)])
+            LoopClass::Spherical { centre } => (*centre, &[(1, 1), (1, 2), (2, 2)]),
+            LoopClass::Spatial => {
+                (closing.point, &[(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
             }
-            LoopClass::Spatial => (
-                closing.point,
-                [along, across, up],
-                &[(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)],
-            ),
         };
-        let length = self.length();
+        let (points, frame) = class.places(&(closing.direction * sense), &origin, self.length());
         Writing {
-            points: [origin, origin + x * length, origin + y * length],
-            frame: Matrix3::from_columns(&[x, y, z]),
+            points,
+            frame,
             rows: rows.iter().map(|(point, axis)| Row { point: *point, axis: *axis }).collect(),
         }
     }

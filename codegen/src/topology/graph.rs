@@ -13,7 +13,7 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::laminate::{FreeId, Mechanism};
+use crate::laminate::{FreeId, Mechanism, Real};
 use crate::source::free::SPEEDS;
 use crate::source::ids::index;
 use crate::source::{BodyId, Diagnostics, JointId};
@@ -158,6 +158,30 @@ pub enum LoopClass {
     },
     /// Any other hinge lines.
     Spatial,
+}
+
+impl LoopClass {
+    /// Returns three points of the closure equations of a loop of this class, and the directions x, y, z as
+    /// columns. `along` is the direction of the closing hinge in the sense of the ghost, P1 is `origin`: the centre
+    /// of a spherical loop, otherwise a point of the closing hinge.
+    ///
+    /// The closing hinge is an axis of the frame, so that its rotation affects fewer rows.
+    pub fn places<T: Real>(
+        &self,
+        along: &Vector3<T>,
+        origin: &Vector3<T>,
+        length: f64,
+    ) -> ([Vector3<T>; 3], Matrix3<T>) {
+        let up = Vector3::z();
+        let across = up.cross(along);
+        let [x, y, z] = match self {
+            Self::Planar { .. } => [across.clone(), up.clone(), across.cross(&up)],
+            Self::Spherical { .. } | Self::Spatial => [along.clone(), across, up],
+        };
+        let length = T::from(length);
+        let points = [origin.clone(), origin + &x * length.clone(), origin + &y * length];
+        (points, Matrix3::from_columns(&[x, y, z]))
+    }
 }
 
 impl fmt::Display for LoopClass {

@@ -60,7 +60,7 @@ static int decide(real t, const real *q, const real *u, const parameters *p, con
 static int add_push(real t, const real *q, const real *u, const parameters *p, const inputs *in,
     const real *mass, const real *jacobian, real *gamma, real zone, real *y, real *multipliers)
 {
-    const real gap = gap_at(q);
+    const real gap = gap_at(q, p);
     real push[SPEEDS];
     int weak = 0;
     for (int i = 0; i < ROWS; i++)

@@ -67,7 +67,7 @@ PRIVATE void straighten_independent(real *a, real *b, int k);
 
 /* rank.c */
 PRIVATE real gap_of(real residual);
-PRIVATE real gap_at(const real *q);
+PRIVATE real gap_at(const real *q, const parameters *p);
 PRIVATE real cut_of(real gap);
 PRIVATE real uncertainty(real gap, real singular_value);
 PRIVATE int is_closed(real gap);

@@ -97,6 +97,7 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     real found[COORDINATES];
     if (!all_finite(q, COORDINATES))
         return status_not_finite;
+    search.p = p;
     set_limits(&search.limits, t, p, in);
 #if FREE_COUNT > 0
     copy(search.guess, q, COORDINATES);

@@ -18,7 +18,7 @@ PRIVATE int is_held(const unsigned char *held, int joint)
 /* Residual and Jacobian at q; the largest residual. */
 PRIVATE real evaluate(struct search *search, const real *q)
 {
-    closure_of(q, search->residual, search->jacobian);
+    closure_of(q, search->p, search->residual, search->jacobian);
     return largest_magnitude(search->residual, LOOP_RESIDUALS);
 }
 

@@ -36,7 +36,7 @@ static real set_residual(struct constraints *constraints, real t, const real *q,
     const inputs *in)
 {
 #if LOOPS > 0
-    closure_of(q, constraints->residual, constraints->jacobian);
+    closure_of(q, p, constraints->residual, constraints->jacobian);
 #endif
 #if DRIVES > 0
     {

@@ -30,14 +30,15 @@ PRIVATE real gap_of(real residual)
 }
 
 /* g at q; a state that is not closed at all has no rank of its own. */
-PRIVATE real gap_at(const real *q)
+PRIVATE real gap_at(const real *q, const parameters *p)
 {
 #if LOOPS > 0
     real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * SPEEDS];
-    closure_of(q, residual, jacobian);
+    closure_of(q, p, residual, jacobian);
     return gap_of(smaller(largest_magnitude(residual, LOOP_RESIDUALS), LARGEST_GAP * MECHANISM_SIZE));
 #else
     (void)q;
+    (void)p;
     return gap_of(0);
 #endif
 }

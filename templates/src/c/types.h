@@ -20,6 +20,7 @@ struct limits {
 #if LOOPS > 0
 /* A search for closed loops. */
 struct search {
+    const parameters *p;
     struct limits limits;
     real guess[COORDINATES]; /* where to stay near, rad */
     real residual[LOOP_RESIDUALS]; /* r, m, where last evaluated */

@@ -73,7 +73,7 @@ pub fn joints(model: &SourceModel) -> Vec<Joint> {
         name: joint.name.value.clone(),
         groups: joint.bodies.each_ref().map(|body| Group::of(model, body.value.index())),
         line: joint.axis.value.map(|end| end.map(|x| x * MM)),
-        height: joint.z * MM,
+        height: joint.z.value * MM,
     };
     model.joints.iter().map(joint).collect()
 }

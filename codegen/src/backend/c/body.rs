@@ -141,7 +141,8 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
 }
 
 /// The functions that the algorithms of a C module call.
-const KINDS: [FunctionKind; 10] = [
+const KINDS: [FunctionKind; 11] = [
+    FunctionKind::Drawing,
     FunctionKind::Equations,
     FunctionKind::Closure,
     FunctionKind::Poses,
@@ -202,8 +203,12 @@ impl Printer {
                 _ => None,
             })
             .collect();
-        let inputs = function.kind.signature().inputs.iter();
-        let unused = inputs.filter(|argument| !reads.contains(argument));
+        let inputs = given(program, function.kind);
+        let reads_numbers = reads.contains(&Argument::Drawing);
+        let is_read = |argument: &Argument| {
+            reads.contains(argument) || (*argument == Argument::Parameters && reads_numbers)
+        };
+        let unused = inputs.into_iter().filter(|argument| !is_read(argument));
         let unused = unused.map(|argument| argument.name()).collect();
         Written { signature: head(program, function), unused, lines }
     }
@@ -216,11 +221,12 @@ impl Printer {
             wrap(&format!("    {statement}"), &mut lines);
         }
         let is_empty = |argument: &&Argument| match argument {
-            Argument::Parameters => self.parameters.is_empty(),
+            Argument::Parameters => self.parameters.is_empty() && program.interface.drawn == 0,
             Argument::Inputs => self.inputs.is_empty(),
             _ => false,
         };
-        let unused = function.kind.signature().inputs.iter().filter(is_empty);
+        let inputs = given(program, function.kind);
+        let unused = inputs.iter().filter(is_empty);
         let unused = unused.map(|argument| argument.name()).collect();
         Written { signature: head(program, function), unused, lines }
     }
@@ -279,10 +285,36 @@ impl Printer {
         match argument {
             Argument::Parameters => format!("{name}->{}", self.parameters[index]),
             Argument::Inputs => format!("{name}->{}", self.inputs[index]),
+            Argument::Drawing => format!("{}->{name}[{index}]", Argument::Parameters.name()),
             _ if argument.array().shape == Shape::SCALAR => name.to_owned(),
             _ => format!("{name}[{index}]"),
         }
     }
+}
+
+/// Returns what a static function is given: the closure gets the parameters in all modules, so that the algorithms
+/// call it in the same way.
+fn given(program: &Program, kind: FunctionKind) -> Vec<Argument> {
+    let mut given = offered(program, kind);
+    if kind == FunctionKind::Closure && !given.contains(&Argument::Parameters) {
+        given.push(Argument::Parameters);
+    }
+    given
+}
+
+/// Returns what a public function is given. The numbers of the drawing are in the parameters.
+pub fn offered(program: &Program, kind: FunctionKind) -> Vec<Argument> {
+    let of_drawing = |argument| match argument {
+        Argument::Drawing => Argument::Parameters,
+        other => other,
+    };
+    let mut given: Vec<Argument> = Vec::new();
+    for argument in kind.inputs(&program.interface).map(of_drawing) {
+        if !given.contains(&argument) {
+            given.push(argument);
+        }
+    }
+    given
 }
 
 /// Returns the name and the parameters of the static function that computes a function.
@@ -294,7 +326,7 @@ fn head(program: &Program, function: &Function) -> String {
         _ if argument.array().shape == Shape::SCALAR => format!("real {}", argument.name()),
         _ => format!("const real *{}", argument.name()),
     };
-    let inputs = function.kind.signature().inputs;
+    let inputs = given(program, function.kind);
     let mut parameters: Vec<String> = inputs.iter().map(parameter).collect();
     let written = function.outputs.iter().filter(|output| !output.entries.is_empty());
     parameters.extend(written.map(|output| format!("real *{}", output.name)));

@@ -90,6 +90,7 @@ pub fn of(program: &Program, real: Real) -> Context {
     let functions = program.option();
     let flags = format!("{scalar}{functions} --c {name}.c --header {name}.h{}", cuts(interface));
     context.insert("flags", &flags);
+    context.insert("drawn", &interface.drawn);
     context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);

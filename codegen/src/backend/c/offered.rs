@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::body::static_name;
+use super::body::{self, static_name};
 use crate::backend::text::wrap;
 use crate::program::{Argument, Array, FunctionKind, Interface, Program, Shape, Size};
 
@@ -33,11 +33,11 @@ pub struct Offered {
 pub fn offered(program: &Program, number: &str) -> Vec<Offered> {
     let selection = program.selection();
     let kinds = OFFERED.into_iter().filter(|&kind| selection.contains(kind));
-    kinds.filter_map(|kind| of(&program.interface, kind, number)).collect()
+    kinds.filter_map(|kind| of(program, kind, number)).collect()
 }
 
-fn of(interface: &Interface, kind: FunctionKind, number: &str) -> Option<Offered> {
-    let signature = kind.signature();
+fn of(program: &Program, kind: FunctionKind, number: &str) -> Option<Offered> {
+    let (interface, signature) = (&program.interface, kind.signature());
     let outputs: Vec<&Array> = signature.written(interface).collect();
     if outputs.is_empty() {
         return None;
@@ -53,14 +53,18 @@ fn of(interface: &Interface, kind: FunctionKind, number: &str) -> Option<Offered
         Shape::SCALAR => format!("{number} *{}", output.name),
         _ => format!("{number} {}", dimensioned(interface, output)),
     };
-    let inputs = signature.inputs.iter();
+    let given = body::offered(program, kind);
+    let inputs = given.iter();
     let parameters: Vec<_> = inputs.clone().map(input).chain(outputs.iter().map(output)).collect();
     let first = |output: &&Array| match output.shape {
         Shape(_, Size::Fixed(1)) => output.name.to_owned(),
         _ => format!("&{}[0][0]", output.name),
     };
-    let arguments: Vec<_> =
-        inputs.map(|input| input.name().to_owned()).chain(outputs.iter().map(first)).collect();
+    // The closure of a drawing without parameters reads none.
+    let unread = kind == FunctionKind::Closure && !given.contains(&Argument::Parameters);
+    let unread = unread.then(|| "0".to_owned());
+    let arguments = inputs.map(|input| input.name().to_owned()).chain(unread);
+    let arguments: Vec<_> = arguments.chain(outputs.iter().map(first)).collect();
     let meaning = |output: &&Array| format!("{} ({}): {}", output.name, output.unit, output.doc);
     let meanings: Vec<_> = outputs.iter().map(meaning).collect();
     let (mut comment, mut head) = (Vec::new(), Vec::new());

@@ -113,9 +113,12 @@ impl Tables {
             statements.push(format!("const real {name}_values[{count}] = {{ {list} }};"));
             format!("{name}_values")
         };
-        let arguments = function.kind.signature().inputs.iter().map(|&argument| match argument {
+        let arguments = function.kind.inputs(interface).map(|argument| match argument {
             Argument::Parameters => copied(argument, parameters),
             Argument::Inputs => copied(argument, inputs),
+            Argument::Drawing => {
+                format!("{}->{}", Argument::Parameters.name(), argument.name())
+            }
             _ if argument.array().shape == Shape::SCALAR => format!("&{}", argument.name()),
             _ => argument.name().to_owned(),
         });

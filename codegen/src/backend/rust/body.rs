@@ -134,7 +134,8 @@ impl<'a> Bodies<'a> {
     /// Returns the parameters of a function and their types: first what it reads, then what it writes.
     pub fn arguments(&self, function: &Function) -> (Vec<proc_macro2::Ident>, Vec<TokenStream>) {
         let signature = function.kind.signature();
-        let inputs = signature.inputs.iter().filter_map(|&argument| self.parameter(argument));
+        let inputs = function.kind.inputs(&self.program.interface);
+        let inputs = inputs.filter_map(|argument| self.parameter(argument));
         let outputs = signature.outputs.iter().map(|output| {
             let (scalar, length) =
                 (&self.syntax.scalar, number(output.shape.length(&self.program.interface)));
@@ -147,7 +148,7 @@ impl<'a> Bodies<'a> {
     fn parameter(&self, argument: Argument) -> Option<(proc_macro2::Ident, TokenStream)> {
         let scalar = &self.syntax.scalar;
         let ty = match (argument, argument.array().shape) {
-            (Argument::Parameters | Argument::Inputs, _) => return None,
+            (Argument::Parameters | Argument::Inputs | Argument::Drawing, _) => return None,
             (_, Shape::SCALAR) => scalar.clone(),
             (_, shape) => {
                 let length = number(shape.length(&self.program.interface));
@@ -295,6 +296,7 @@ impl<'a> Bodies<'a> {
         match argument {
             Argument::Parameters => format!("self.params.{}", self.fields.parameters[index]),
             Argument::Inputs => format!("self.inputs.{}", self.fields.inputs[index]),
+            Argument::Drawing => format!("self.drawing[{index}]"),
             _ if argument.array().shape == Shape::SCALAR => argument.name().to_owned(),
             _ => format!("{}[{index}]", argument.name()),
         }

@@ -357,7 +357,10 @@ pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> To
     };
     let parameters = of_lane("params", &fields.parameters);
     let inputs = of_lane("inputs", &fields.inputs);
-    let bare = needs_marker(program, choice).then(|| quote!(, scalar: ::core::marker::PhantomData));
+    let bare = match interface.drawn {
+        0 => needs_marker(program, choice).then(|| quote!(, scalar: ::core::marker::PhantomData)),
+        _ => Some(quote!(, drawing: self.drawing.map(|number| number.lane(lane)))),
+    };
     let functions = batch_functions(program);
     let allowances = allowances();
     quote! {

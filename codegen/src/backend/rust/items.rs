@@ -317,6 +317,9 @@ fn model_item(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> Token
         false => Default::default(),
     };
     let unused = unused();
+    if interface.drawn > 0 {
+        return drawn_model_item(program, syntax, &docs);
+    }
     quote! {
         #(#[doc = #docs])*
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -336,6 +339,64 @@ fn model_item(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> Token
                     inputs: ::core::default::Default::default(),
                     #bare_value
                 }
+            }
+        }
+    }
+}
+
+/// Returns the type of a mechanism whose drawing depends on parameters: they are set together with the numbers that
+/// follow from them.
+fn drawn_model_item(
+    program: &Program,
+    syntax: &Syntax,
+    docs: &[String],
+) -> TokenStream {
+    let Syntax { generic, arithmetic, scalar, .. } = syntax;
+    let model = model(program);
+    let [params, inputs] = number_types(program, generic);
+    let (unused, drawn, zero) =
+        (unused(), number(program.interface.drawn), syntax.zero.clone());
+    quote! {
+        #(#[doc = #docs])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #unused
+        pub struct #model #generic {
+            params: #params,
+            /// Inputs.
+            pub inputs: #inputs,
+            drawing: [#scalar; #drawn],
+        }
+
+        impl #arithmetic ::core::default::Default for #model #generic {
+            fn default() -> Self {
+                Self::with_params(::core::default::Default::default())
+            }
+        }
+
+        #unused
+        impl #arithmetic #model #generic {
+            /// The mechanism with these parameters, and all inputs zero.
+            pub fn with_params(params: #params) -> Self {
+                let mut robot = Self {
+                    params,
+                    inputs: ::core::default::Default::default(),
+                    drawing: [#zero; #drawn],
+                };
+                robot.set_params(params);
+                robot
+            }
+
+            /// The parameters.
+            pub fn params(&self) -> &#params {
+                &self.params
+            }
+
+            /// Changes the parameters, and computes the numbers of the drawing that follow from them.
+            pub fn set_params(&mut self, params: #params) {
+                self.params = params;
+                let mut drawing = self.drawing;
+                self.drawing_into(&mut drawing);
+                self.drawing = drawing;
             }
         }
     }

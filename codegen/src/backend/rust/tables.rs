@@ -25,7 +25,7 @@ impl Bodies<'_> {
         let lines: Vec<_> =
             table.text.as_bytes().chunks(LINE).map(String::from_utf8_lossy).collect();
         self.tables.push(format!("b\"{}\");", lines.join("\\\n")));
-        let arguments = function.kind.signature().inputs.iter().map(|&argument| {
+        let arguments = function.kind.inputs(&self.program.interface).map(|argument| {
             let name = format_ident!("{}", argument.name());
             match argument {
                 Argument::Parameters => {
@@ -36,6 +36,7 @@ impl Bodies<'_> {
                     let fields = &self.fields.inputs;
                     quote!(&[#(self.inputs.#fields),*])
                 }
+                Argument::Drawing => quote!(&self.drawing),
                 _ if argument.array().shape == Shape::SCALAR => quote!(&[#name]),
                 _ => quote!(#name),
             }

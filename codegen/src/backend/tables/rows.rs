@@ -9,7 +9,7 @@ use lamc_runtime::table::kind;
 
 use super::Numbers;
 use crate::backend::naming::{Users, users};
-use crate::program::{Function, Op, Slot, Value};
+use crate::program::{Argument, Function, Op, Slot, Value};
 
 /// A row that is not placed yet: its kind, and its fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -131,9 +131,11 @@ impl Lowering<'_> {
 
     fn argument(&mut self, slot: Slot) -> usize {
         let (argument, index) = slot.place();
-        let inputs = self.function.kind.signature().inputs;
-        let position = |argument| inputs.iter().position(|&input| input == argument);
-        let Some(place) = position(argument) else { unreachable!("the verifier checks reads") };
+        let signature = self.function.kind.signature();
+        let position = signature.inputs.iter().position(|&input| input == argument);
+        // The numbers of the drawing follow the others.
+        let last = (argument == Argument::Drawing).then_some(signature.inputs.len());
+        let Some(place) = position.or(last) else { unreachable!("the verifier checks reads") };
         self.push(kind::ARGUMENT, [place, index, 0])
     }
 

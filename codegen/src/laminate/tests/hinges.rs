@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{body, material, mechanism, model, named, plate, spanned};
+use super::{body, drawn, material, mechanism, model, named, plate, spanned};
 use crate::laminate::build;
 use crate::source::{
     Diagnostics, Expression, JointId, Parameter, ParameterId, Shape, SourceModel, Spring, Tunable,
@@ -34,12 +34,12 @@ fn directions_are_exact_along_the_axes_and_unit_otherwise() {
 #[test]
 fn beam_has_the_textbook_stiffness() {
     let mut pendulum = pendulum();
-    pendulum.materials[0].youngs_modulus = Some(spanned(4.38327e9));
+    pendulum.materials[0].youngs_modulus = Some(drawn(4.38327e9));
     pendulum.materials[0].thickness.value = 1.27e-4;
     pendulum.joints[0].spring = Spring::Beam {
         material: spanned(0),
-        length: spanned(1e-3),
-        width: spanned(20e-3),
+        length: drawn(1e-3),
+        width: drawn(20e-3),
         gaps: None,
     };
     let stiffness = mechanism(&pendulum).joints[0].stiffness.as_number().unwrap();
@@ -50,7 +50,7 @@ fn beam_has_the_textbook_stiffness() {
 #[test]
 fn tunable_constants_become_parameters_after_the_declared_ones() {
     let mut pendulum = pendulum();
-    pendulum.parameters = vec![Parameter { name: named("k"), value: 2.0, dimension: None }];
+    pendulum.parameters = vec![Parameter { name: named("k"), value: 2.0, dimension: None, range: None }];
     pendulum.joints[0].spring = Spring::Stiffness(spanned(Expression::Parameter(ParameterId(0))));
     pendulum.joints[0].damping = spanned(Expression::Number(0.25));
     pendulum.tunable =

@@ -4,7 +4,7 @@ use crate::compare::largest;
 use crate::uniform::Random;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::{body, material, mechanism, model, plate, point_mass, spanned};
+use super::{body, drawn, material, mechanism, model, plate, point_mass, spanned};
 use crate::laminate::MassProperties;
 use crate::source::{Body, Plate, Shape};
 
@@ -193,7 +193,7 @@ fn point_masses_and_rigid_parts_add_up() {
     let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| turned[(i, j)]));
     let mut rigid = body(
         "rigid",
-        Shape::Rigid { mass: spanned(mass), com: spanned([1.0, 2.0, 3.0]), inertia: spanned(rows) },
+        Shape::Rigid { mass: drawn(mass), com: drawn([1.0, 2.0, 3.0]), inertia: spanned(rows) },
     );
     assert_close(&of(rigid.clone()), mass, [1.0, 2.0, 3.0], turned);
     rigid.point_masses = vec![point_mass(mass, [1.0, 2.0, 3.2])];

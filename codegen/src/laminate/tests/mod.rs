@@ -7,12 +7,16 @@ mod refusals;
 
 use super::{Mechanism, build};
 use crate::source::{
-    Body, BodyId, Diagnostics, Expression, Joint, Material, Plate, PointMass, Shape, SourceModel,
+    Body, BodyId, Diagnostics, Drawn, Expression, Joint, Material, Plate, PointMass, Shape, SourceModel,
     Span, Spanned, Spring,
 };
 
 pub fn spanned<T>(value: T) -> Spanned<T> {
     Spanned { value, span: Span { start: 1, end: 2 } }
+}
+
+pub fn drawn<T>(value: T) -> Drawn<T> {
+    spanned(value).into()
 }
 
 pub fn named(name: &str) -> Spanned<String> {
@@ -23,8 +27,8 @@ pub fn named(name: &str) -> Spanned<String> {
 pub fn material(density: f64, thickness: f64) -> Material {
     Material {
         name: named("sheet"),
-        density: spanned(density),
-        thickness: spanned(thickness),
+        density: drawn(density),
+        thickness: drawn(thickness),
         youngs_modulus: None,
         yield_stress: None,
     }
@@ -32,8 +36,8 @@ pub fn material(density: f64, thickness: f64) -> Material {
 
 pub fn plate(outline: &[[f64; 2]], holes: &[&[[f64; 2]]]) -> Plate {
     Plate {
-        outline: spanned(outline.to_vec()),
-        holes: holes.iter().map(|hole| spanned(hole.to_vec())).collect(),
+        outline: drawn(outline.to_vec()),
+        holes: holes.iter().map(|hole| drawn(hole.to_vec())).collect(),
     }
 }
 
@@ -50,7 +54,7 @@ pub fn body(name: &str, shape: Shape) -> Body {
 }
 
 pub fn point_mass(mass: f64, at: [f64; 3]) -> PointMass {
-    PointMass { mass: spanned(mass), at }
+    PointMass { mass: drawn(mass), at: drawn(at) }
 }
 
 /// Ground, then these bodies, the first hinged to the ground along y through the origin.
@@ -71,8 +75,8 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         joints: vec![Joint {
             name: named("j0"),
             bodies: [spanned(BodyId(0)), spanned(BodyId(1))],
-            axis: spanned([[0.0, 0.0], [0.0, 1.0]]),
-            z: 0.0,
+            axis: drawn([[0.0, 0.0], [0.0, 1.0]]),
+            z: drawn(0.0),
             spring: Spring::Stiffness(zero()),
             damping: zero(),
             rest: zero(),

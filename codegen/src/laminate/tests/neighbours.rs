@@ -1,6 +1,6 @@
 //! Plates of different bodies in one place, and hinge lines far from their plates.
 
-use super::{body, material, model, named, plate, spanned};
+use super::{body, drawn, material, model, named, plate, spanned};
 use crate::laminate::build;
 use crate::source::{Body, BodyId, Diagnostics, Plate, Shape};
 
@@ -22,7 +22,7 @@ fn warnings(bodies: Vec<Body>, hinge: [f64; 2]) -> Diagnostics {
     let count = bodies.len();
     let mut model = model(vec![material(700.0, 4e-4)], bodies);
     let [x, y] = hinge.map(|x| x * 1e-3);
-    model.joints[0].axis = spanned([[x, y], [x, y + 0.02]]);
+    model.joints[0].axis = drawn([[x, y], [x, y + 0.02]]);
     for index in 1..count {
         let mut joint = model.joints[0].clone();
         joint.name = named(&format!("j{index}"));
@@ -125,8 +125,8 @@ fn far_hinges() {
     for (z, expected) in [(3.0, &[][..]), (6.0, &["far-hinge"]), (1e5, &["far-hinge"])] {
         for z in [z, -z] {
             let mut model = model(vec![material(700.0, 4e-4)], bodies());
-            model.joints[0].axis = spanned([[0.0, 0.0], [0.0, 0.02]]);
-            model.joints[0].z = 1e-3 * z;
+            model.joints[0].axis = drawn([[0.0, 0.0], [0.0, 0.02]]);
+            model.joints[0].z = drawn(1e-3 * z);
             let mut found = Diagnostics::default();
             build(&model, &mut found).unwrap();
             let codes: Vec<_> = found.0.iter().map(|warning| warning.code.name).collect();
@@ -136,8 +136,8 @@ fn far_hinges() {
     // What has no outline may be anywhere.
     let mut rigid = bodies();
     rigid[1].shape = Shape::Rigid {
-        mass: spanned(1.0),
-        com: spanned([0.0; 3]),
+        mass: drawn(1.0),
+        com: drawn([0.0; 3]),
         inertia: spanned([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
     };
     check(rigid, [500.0, 0.0], &["far-hinge"]);

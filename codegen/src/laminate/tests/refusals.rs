@@ -1,6 +1,6 @@
 //! What is physically impossible is refused, with its code, and everything at once.
 
-use super::{body, material, model, plate, point_mass, spanned};
+use super::{body, drawn, material, model, plate, point_mass, spanned};
 use crate::laminate::build;
 use crate::source::{Body, Diagnostics, Expression, JointId, Shape, SourceModel, Spring};
 
@@ -15,7 +15,7 @@ fn plates(plates: &[(Ring, &[Ring])]) -> Body {
 }
 
 fn rigid(mass: f64, inertia: [[f64; 3]; 3]) -> Body {
-    let (mass, com, inertia) = (spanned(mass), spanned([0.0; 3]), spanned(inertia));
+    let (mass, com, inertia) = (drawn(mass), drawn([0.0; 3]), spanned(inertia));
     body("rigid", Shape::Rigid { mass, com, inertia })
 }
 
@@ -140,8 +140,8 @@ fn everything_is_reported_together_and_once() {
     model.initial_q = vec![(JointId(0), -0.1)];
     model.joints[0].spring = Spring::Beam {
         material: spanned(0),
-        length: spanned(0.0),
-        width: spanned(f64::NAN),
+        length: drawn(0.0),
+        width: drawn(f64::NAN),
         gaps: None,
     };
     let expected = [

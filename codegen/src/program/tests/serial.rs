@@ -95,6 +95,7 @@ fn each() -> impl Serialize {
         points: vec![text("point")],
         contacts: vec![text("contact")],
         parameters: vec![ParameterInfo { name: text("k"), value: 2.0, doc: text("doc") }],
+        drawn: 2,
         inputs: vec![text("input")],
         rows: 3,
         loops: vec![text("loop")],

@@ -31,6 +31,16 @@ codes! {
         "The `tolerance` is negative, or more than a hundredth of the drawing's size."
         "Give the rounding error of the coordinates of hinge lines, which is a small length. 0 \
          uses the coordinates as they are.";
+    EMPTY_RANGE "empty-range"
+        "The `range` of a parameter has no values: its smallest value is not less than its largest one."
+        "Give the smallest value first, then the largest.";
+    NOT_PARAMETRIC "not-parametric"
+        "A number of the drawing depends on a parameter, and something needs it to be constant: the air, the \
+         outline of a contact's plane, the `tolerance` of hinge lines, a `pattern`, or corners of plates with several formulas."
+        "Give the number itself, or remove what needs it.";
+    OUTSIDE_RANGE "outside-range"
+        "The value of a parameter is not in its `range`."
+        "Widen the range, or choose another value.";
     BAD_EXPRESSION "bad-expression"
         "A formula has a syntax error: an operator, an operand or a parenthesis is missing, or \
          it contains a unit."
@@ -55,7 +65,8 @@ codes! {
         "A function is called with more or fewer arguments than it takes."
         "`atan2`, `min` and `max` take two arguments, all other functions take one.";
     NOT_HERE "not-here"
-        "A formula depends on `q` or `u` where it may depend only on time, parameters and inputs."
+        "A formula depends on `q` or `u` where it may depend only on time, parameters and inputs, or a number of the \
+         drawing on something other than parameters."
         "Put formulas that depend on the motion into `torque` or into the components of a force.";
     DIVISION_BY_ZERO "division-by-zero"
         "A formula divides by something that is always zero, such as `1/(t - t)`."

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::source::diagnostic::{Span, Spanned};
+use crate::source::drawn::Drawn;
 use crate::source::ids::{InputId, ParameterId};
 use crate::source::model::{Joint, Parameter, SourceModel, Spring};
 
@@ -70,8 +71,8 @@ fn model() -> SourceModel {
         joints: vec![Joint {
             name: named("knee"),
             bodies: [body.clone(), body],
-            axis: Spanned { value: [[0.0; 2]; 2], span: Span::default() },
-            z: 0.0,
+            axis: Drawn::default(),
+            z: Drawn::default(),
             spring: Spring::Stiffness(zero.clone()),
             damping: zero.clone(),
             rest: zero.clone(),
@@ -83,7 +84,7 @@ fn model() -> SourceModel {
             fold: None,
             span: Span::default(),
         }],
-        parameters: vec![Parameter { name: named("k"), value: 0.0, dimension: None }],
+        parameters: vec![Parameter { name: named("k"), value: 0.0, dimension: None, range: None }],
         inputs: vec![named("motor")],
         tunable: vec![],
         initial_q: vec![],

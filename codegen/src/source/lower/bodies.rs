@@ -2,10 +2,11 @@
 
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
+use crate::source::drawn::Drawn;
 use crate::source::fields::{Fields, array, items};
 use crate::source::model::{Body, MAX_VERTICES, Plate, PointMass, Shape};
 use crate::source::schema::{
-    BODY, INERTIA_ROW, PLATE, PLATES, POINT_MASS, RING, SHAPES, SLIT, Value,
+    BODY, FIXED_VERTEX, INERTIA_ROW, PLATE, PLATES, POINT_MASS, RING, SHAPES, SLIT, Value,
 };
 use crate::source::yaml::{Entry, Node, shorten};
 
@@ -208,7 +209,7 @@ impl Lowering<'_> {
     }
 
     /// A closed line; the first vertex may be repeated at the end.
-    fn ring(&mut self, node: &Node) -> Option<Spanned<Vec<[f64; 2]>>> {
+    fn ring(&mut self, node: &Node) -> Option<Drawn<Vec<[f64; 2]>>> {
         let nodes = items(node, RING.form(), &mut self.diagnostics)?;
         if let Some(beyond) = nodes.get(MAX_VERTICES) {
             let message =
@@ -217,8 +218,8 @@ impl Lowering<'_> {
             self.note(error.label("the first vertex beyond the limit"));
             return None;
         }
-        let vertices: Vec<_> = nodes.iter().map(|node| self.drawn_point(node)).collect();
-        let mut vertices: Vec<[f64; 2]> = vertices.into_iter().collect::<Option<_>>()?;
+        let mut ring = self.drawn_points(node, nodes)?;
+        let vertices = &mut ring.value;
         if let Some(i) = vertices.windows(2).position(|pair| pair[0] == pair[1]) {
             self.note(
                 Diagnostic::error(
@@ -233,6 +234,8 @@ impl Lowering<'_> {
         }
         if vertices.len() > 1 && vertices.first() == vertices.last() {
             vertices.pop();
+            let places = 2 * vertices.len();
+            ring.formulas.retain(|(place, _)| *place < places);
         }
         if vertices.len() < 3 {
             let message = format!(
@@ -242,12 +245,15 @@ impl Lowering<'_> {
             self.note(Diagnostic::error(codes::SHORT_OUTLINE, node.span, message));
             return None;
         }
-        Some(Spanned { value: vertices, span: node.span })
+        Some(ring)
     }
 
     fn slit(&mut self, node: &Node) -> Option<[[f64; 2]; 2]> {
         let nodes: &[Node; 2] = array(node, SLIT.form(), &mut self.diagnostics)?;
-        let [from, to] = nodes.each_ref().map(|node| self.drawn_point(node));
+        let [from, to] = nodes.each_ref().map(|node| {
+            self.note_decimals_of(node);
+            self.numbers::<2>(node, &FIXED_VERTEX)
+        });
         let (from, to) = (from?, to?);
         if from != to {
             return Some([from, to]);
@@ -259,8 +265,8 @@ impl Lowering<'_> {
     }
 
     fn rigid(&mut self, fields: &Fields) -> Option<Shape> {
-        let mass = self.required(fields, "mass");
-        let com = self.required_numbers(fields, "com");
+        let mass = self.required_drawn(fields, "mass");
+        let com = self.required_place(fields, "com");
         let inertia = fields.require("inertia", &mut self.diagnostics);
         let inertia = inertia.and_then(|node| self.inertia(node, fields.expected("inertia")));
         Some(Shape::Rigid { mass: mass?, com: com?, inertia: inertia? })
@@ -277,8 +283,8 @@ impl Lowering<'_> {
     fn point_mass(&mut self, node: &Node) -> Option<PointMass> {
         let found = &mut self.diagnostics;
         let fields = Fields::new(node, node.span, "a point mass", &POINT_MASS, found)?;
-        let mass = self.required(&fields, "mass");
-        let at = self.required_numbers(&fields, "at");
-        Some(PointMass { mass: mass?, at: at?.value })
+        let mass = self.required_drawn(&fields, "mass");
+        let at = self.required_place(&fields, "at");
+        Some(PointMass { mass: mass?, at: at? })
     }
 }

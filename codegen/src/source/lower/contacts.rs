@@ -48,7 +48,7 @@ impl Lowering<'_> {
     fn contact_plane(&mut self, node: &Node, contact: &Fields) -> Option<ContactPlane> {
         let at = contact.entry("plane").map_or(node.span, |entry| entry.key.span);
         let fields = Fields::new(node, at, "`plane`", &PLANE, &mut self.diagnostics)?;
-        let point = self.required_numbers(&fields, "point");
+        let point = self.required_place(&fields, "point");
         let normal = self.required_numbers(&fields, "normal");
         let body = match fields.get("body") {
             None => Some(None),
@@ -70,7 +70,7 @@ impl Lowering<'_> {
             );
             return None;
         }
-        Some(ContactPlane { point: point?.value, normal, body: body?, within: within? })
+        Some(ContactPlane { point: point?, normal, body: body?, within: within? })
     }
 
     /// Reads the only word that a key allows.

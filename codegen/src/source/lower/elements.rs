@@ -8,7 +8,7 @@ use crate::source::expression::Expression;
 use crate::source::fields::{Fields, array, items};
 use crate::source::ids::{JointId, PointId};
 use crate::source::model::Point;
-use crate::source::schema::{BAND, MOTOR, TENDON, TWIST, VERTEX};
+use crate::source::schema::{BAND, MOTOR, TENDON, TWIST, FIXED_VERTEX};
 use crate::source::yaml::{Entry, Node, shorten};
 
 use super::Lowering;
@@ -190,7 +190,7 @@ impl Lowering<'_> {
         let node = fields.read("axis", &mut self.diagnostics)?;
         let form = fields.expected("axis").form();
         let nodes: &[Node; 2] = array(node, form, &mut self.diagnostics)?;
-        let [from, to] = nodes.each_ref().map(|node| self.numbers::<2>(node, &VERTEX));
+        let [from, to] = nodes.each_ref().map(|node| self.numbers::<2>(node, &FIXED_VERTEX));
         let (from, to) = (from?, to?);
         if hypot(to[0] - from[0], to[1] - from[1]) < f64::MIN_POSITIVE {
             let error = Diagnostic::error(codes::ZERO_AXIS, node.span, "the axis has no length");

@@ -13,6 +13,9 @@ use crate::source::yaml::Node;
 
 use super::{Lowering, Names};
 
+/// Why numbers of the drawing do not depend on q, u, t and inputs.
+const NO_MOTION: &str = "the drawing is the same at all times: it may depend on parameters only";
+
 struct Symbols<'n> {
     names: &'n Names,
     uses: Uses,
@@ -41,6 +44,7 @@ impl Scope for Symbols<'_> {
 
     fn motion_refused(&self) -> Option<&'static str> {
         match self.uses {
+            Uses::Parameters => Some(NO_MOTION),
             Uses::Constants(reason) => Some(reason),
             Uses::Motion => None,
         }
@@ -90,8 +94,25 @@ impl Lowering<'_> {
             }
             _ => Expression::Number(self.number(node, quantity)?.value),
         };
+        if uses == Uses::Parameters {
+            self.depends_on_parameters(node, &expression)?;
+        }
         self.measures(node, &expression, quantity)?;
         Some(Spanned { value: expression, span: node.span })
+    }
+
+    /// Reports a formula that depends on t or an input.
+    fn depends_on_parameters(&mut self, node: &Node, expression: &Expression) -> Option<()> {
+        let mut inputs = self.names.inputs.names().enumerate();
+        let input = inputs.find(|(i, _)| expression.contains(&Expression::Input(InputId(*i))));
+        let time = expression.contains(&Expression::Time).then_some("t");
+        let message = match input.map(|(_, name)| name).or(time) {
+            None => return Some(()),
+            Some(name) => format!("`{name}` is not allowed here"),
+        };
+        drop(inputs);
+        self.note(Diagnostic::error(codes::NOT_HERE, node.span, message).hint(NO_MOTION));
+        None
     }
 
     /// A parameter that is the whole formula must have the quantity of its key.

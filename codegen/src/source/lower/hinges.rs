@@ -93,8 +93,8 @@ impl Lowering<'_> {
             self.stiff_material(node, value, materials)?;
             Some(Spanned { value, span: node.span })
         });
-        let [length, width] = self.hinge_size(&fields);
-        let gaps = self.optional(&fields, "gaps");
+        let [length, width] = ["length", "width"].map(|key| self.required_drawn(&fields, key));
+        let gaps = self.optional_drawn(&fields, "gaps");
         Some(Spring::Beam { material: material?, length: length?, width: width?, gaps: gaps? })
     }
 

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use crate::arithmetic::hypot;
 use crate::source::codes;
+use crate::source::drawn::Drawn;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::expression::Expression;
 use crate::source::fields::{Fields, array};
@@ -31,7 +32,7 @@ impl Lowering<'_> {
         let fields = Fields::new(&entry.value, at, owner, &JOINT, &mut self.diagnostics)?;
         let bodies = self.two_bodies(&fields, fixed, "joint");
         let axis = self.axis(&fields);
-        let z = self.optional(&fields, "z");
+        let z = self.optional_drawn(&fields, "z");
         fields.get("z").into_iter().for_each(|node| self.note_decimals(node));
         let spring = self.spring(&fields, materials);
         let damping = self.law(&fields, "damping");
@@ -46,7 +47,7 @@ impl Lowering<'_> {
             name: entry.key.clone(),
             bodies: bodies?,
             axis: axis?,
-            z: z?.map_or(0.0, |z| z.value),
+            z: z?.unwrap_or_default(),
             spring: spring?,
             damping: damping?,
             rest: rest?,
@@ -104,12 +105,12 @@ impl Lowering<'_> {
         None
     }
 
-    fn axis(&mut self, joint: &Fields) -> Option<Spanned<[[f64; 2]; 2]>> {
+    fn axis(&mut self, joint: &Fields) -> Option<Drawn<[[f64; 2]; 2]>> {
         let node = joint.read("axis", &mut self.diagnostics)?;
         let form = joint.expected("axis").form();
         let nodes: &[Node; 2] = array(node, form, &mut self.diagnostics)?;
-        let [from, to] = nodes.each_ref().map(|node| self.drawn_point(node));
-        let (from, to) = (from?, to?);
+        let ends = self.drawn_points(node, nodes)?;
+        let (from, to) = (ends.value[0], ends.value[1]);
         // This includes lines so short that their length underflows: they have no direction either.
         if hypot(to[0] - from[0], to[1] - from[1]) < f64::MIN_POSITIVE {
             self.note(
@@ -122,7 +123,7 @@ impl Lowering<'_> {
             );
             return None;
         }
-        Some(Spanned { value: [from, to], span: node.span })
+        Some(Drawn { value: [from, to], span: node.span, formulas: ends.formulas })
     }
 
     #[allow(

@@ -19,6 +19,7 @@ mod bodies;
 mod contacts;
 #[cfg(feature = "drawings")]
 mod creases;
+mod drawn;
 mod elements;
 #[cfg(feature = "drawings")]
 mod folds;

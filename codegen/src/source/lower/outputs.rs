@@ -14,8 +14,8 @@ impl Lowering<'_> {
         let fields = Fields::new(&entry.value, entry.key.span, owner, &POINT, found)?;
         let body = fields.read("body", &mut self.diagnostics);
         let body = body.and_then(|node| self.body_named(node));
-        let at = self.required_numbers(&fields, "at");
-        Some(Point { name: entry.key.clone(), body: body?, at: at?.value })
+        let at = self.required_place(&fields, "at");
+        Some(Point { name: entry.key.clone(), body: body?, at: at? })
     }
 
     pub(super) fn force(&mut self, entry: &Entry) -> Option<Force> {

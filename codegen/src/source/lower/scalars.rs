@@ -4,7 +4,7 @@ use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::{Fields, array};
 use crate::source::names::{closest, hint};
-use crate::source::schema::{VERTEX, Value};
+use crate::source::schema::Value;
 use crate::source::units::{self, ANGLE, Dimension, Quantity, SI, Unit, UnitError};
 use crate::source::yaml::{Content, Node, shorten};
 
@@ -216,13 +216,11 @@ impl Lowering<'_> {
         read.iter().all(Option::is_some).then(|| read.map(|x| x.map_or(f64::NAN, |x| x.value)))
     }
 
-    /// Reads a point of the drawing, whose decimals determine the tolerance.
-    pub(super) fn drawn_point(&mut self, node: &Node) -> Option<[f64; 2]> {
-        let point = self.numbers::<2>(node, &VERTEX)?;
-        if let Content::Sequence(coordinates) = &node.content {
+    /// Records the number of decimals of each coordinate of a point.
+    pub(super) fn note_decimals_of(&mut self, point: &Node) {
+        if let Content::Sequence(coordinates) = &point.content {
             coordinates.iter().for_each(|coordinate| self.note_decimals(coordinate));
         }
-        Some(point)
     }
 
     /// Records the number of decimals of a coordinate.

@@ -75,9 +75,9 @@ impl Lowering<'_> {
         let owner = format!("material `{}`", shorten(&entry.key.value));
         let (at, found) = (entry.key.span, &mut self.diagnostics);
         let fields = Fields::new(&entry.value, at, owner, &schema::MATERIAL, found)?;
-        let density = self.required(&fields, "density");
-        let thickness = self.required(&fields, "thickness");
-        let youngs_modulus = self.optional(&fields, "youngs_modulus");
+        let density = self.required_drawn(&fields, "density");
+        let thickness = self.required_drawn(&fields, "thickness");
+        let youngs_modulus = self.optional_drawn(&fields, "youngs_modulus");
         let yield_stress = self.optional(&fields, "yield_stress");
         Some(Material {
             name: entry.key.clone(),

@@ -4,17 +4,70 @@ use std::collections::HashMap;
 
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
-use crate::source::fields::{Fields, items};
+use crate::source::fields::{Fields, array, items};
 use crate::source::model::{Parameter, Tunable};
 use crate::source::names::{self, Kind, hint};
-use crate::source::yaml::{Entry, shorten};
+use crate::source::schema::PARAMETER;
+use crate::source::units::Dimension;
+use crate::source::yaml::{Content, Entry, Node, shorten};
 
 use super::Lowering;
 
 impl Lowering<'_> {
     pub(super) fn parameter(&mut self, entry: &Entry) -> Option<Parameter> {
-        let (value, dimension) = self.parameter_value(&entry.value)?;
-        Some(Parameter { name: entry.key.clone(), value, dimension })
+        let name = entry.key.clone();
+        let Content::Mapping(_) = entry.value.content else {
+            let (value, dimension) = self.parameter_value(&entry.value)?;
+            return Some(Parameter { name, value, dimension, range: None });
+        };
+        let owner = format!("parameter `{}`", shorten(&name.value));
+        let fields =
+            Fields::new(&entry.value, name.span, owner, &PARAMETER, &mut self.diagnostics)?;
+        let value = fields.require("value", &mut self.diagnostics);
+        let value = value.and_then(|node| self.parameter_value(node));
+        let range = match fields.get("range") {
+            None => Some(None),
+            Some(node) => self.range(node, &fields, value).map(Some),
+        };
+        let ((value, dimension), range) = (value?, range?);
+        Some(Parameter { name, value, dimension, range })
+    }
+
+    /// Reads the smallest and the largest value of a parameter.
+    fn range(
+        &mut self,
+        node: &Node,
+        parameter: &Fields,
+        value: Option<(f64, Option<Dimension>)>,
+    ) -> Option<Spanned<[f64; 2]>> {
+        let form = parameter.expected("range").form();
+        let nodes: &[Node; 2] = array(node, form, &mut self.diagnostics)?;
+        let ends = nodes.each_ref().map(|node| self.parameter_value(node));
+        let ([Some(low), Some(high)], Some((value, dimension))) = (ends, value) else { return None };
+        for (end, node) in [low, high].into_iter().zip(nodes) {
+            if let (Some(found), expected) = (end.1, dimension)
+                && expected != Some(found)
+            {
+                let expected = expected.map_or("a number without a unit".into(), |it| it.to_string());
+                let message = format!("expected {expected}, found {found}");
+                let error = Diagnostic::error(codes::WRONG_DIMENSION, node.span, message);
+                self.note(error.hint("`value` and `range` have the same unit"));
+                return None;
+            }
+        }
+        let range = [low.0, high.0];
+        if range[0] >= range[1] {
+            let error = Diagnostic::error(codes::EMPTY_RANGE, node.span, "the range is empty");
+            self.note(error.hint("give the smallest value first, then the largest"));
+            return None;
+        }
+        if !(range[0]..=range[1]).contains(&value) {
+            let message = format!("the value {value} is not in the range");
+            let error = Diagnostic::error(codes::OUTSIDE_RANGE, node.span, message);
+            self.note(error.hint("widen the range, or choose another value"));
+            return None;
+        }
+        Some(Spanned { value: range, span: node.span })
     }
 
     /// Reads the names of the inputs, each once.

@@ -177,7 +177,7 @@ impl Builder<'_> {
     /// One list of plates for each layer of the layup.
     fn layers(&self, whole: &[Rings], rigid: Option<&Vec<Rings>>) -> Vec<Vec<Plate>> {
         let metres = |ring: &Vec<[f64; 2]>| {
-            self.spanned(ring.iter().map(|point| self.metres(*point)).collect())
+            self.spanned(ring.iter().map(|point| self.metres(*point)).collect::<Vec<_>>()).into()
         };
         let plates = |rings: &[Rings]| -> Vec<Plate> {
             let plate = |(outline, holes): &Rings| Plate {
@@ -225,8 +225,8 @@ impl Builder<'_> {
         let joint = |line: &Line| Joint {
             name: self.spanned(line.name.clone()),
             bodies: line.parts.map(|part| self.spanned(BodyId(self.first + part))),
-            axis: self.spanned(line.ends.map(|end| self.metres(end))),
-            z: height,
+            axis: self.spanned(line.ends.map(|end| self.metres(end))).into(),
+            z: self.spanned(height).into(),
             spring: match line.role {
                 Role::Flat => {
                     let stiffness = Expression::Number(self.bending(line, rigidity, &flat));
@@ -279,7 +279,7 @@ impl Builder<'_> {
             CreaseSpring::Stiffness(stiffness) => Spring::Stiffness(times(stiffness, across.value)),
             CreaseSpring::Beam(material) => {
                 let material = material.clone();
-                Spring::Beam { material, length, width: across, gaps: None }
+                Spring::Beam { material, length: length.into(), width: across.into(), gaps: None }
             }
             CreaseSpring::Sharifzadeh2018 => Spring::Sharifzadeh2018 {
                 length,

@@ -139,9 +139,9 @@ fn spanned<T>(value: T) -> Spanned<T> {
 fn material((name, [density, thickness, modulus]): (&str, [f64; 3])) -> Material {
     Material {
         name: spanned(name.to_owned()),
-        density: spanned(density),
-        thickness: spanned(thickness),
-        youngs_modulus: Some(spanned(modulus)),
+        density: spanned(density).into(),
+        thickness: spanned(thickness).into(),
+        youngs_modulus: Some(spanned(modulus).into()),
         yield_stress: None,
     }
 }

@@ -127,7 +127,7 @@ fn facets_become_bodies_and_creases_joints() {
     // The body that is nearer to the ground is the first.
     assert_eq!(joint.bodies.each_ref().map(|body| body.value.index()), [1, 0]);
     assert_eq!(joint.axis.value, [[0.015, 0.0], [0.015, 0.02]]);
-    assert_eq!((joint.z, joint.fold.as_ref().map(|fold| fold.value)), (0.2e-3, Some(PI)));
+    assert_eq!((joint.z.value, joint.fold.as_ref().map(|fold| fold.value)), (0.2e-3, Some(PI)));
     let Spring::Stiffness(stiffness) = &joint.spring else { panic!() };
     close(number(&stiffness.value), 0.1 * 0.02);
     close(number(&joint.damping.value), 1e-4 * 0.02);
@@ -230,7 +230,7 @@ fn plates_end_before_the_crease_in_layers_that_do_not_bend() {
         }
     }
     let joint = &model.joints[0];
-    close(joint.z, 0.45e-3);
+    close(joint.z.value, 0.45e-3);
     let Spring::Beam { material, length, width, gaps: None } = &joint.spring else { panic!() };
     assert_eq!(material.value, 1);
     close(length.value, 2e-3);

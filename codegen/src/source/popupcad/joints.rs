@@ -139,8 +139,8 @@ pub(super) fn hinge(
     Joint {
         name: Spanned { value: format!("j{i}"), span: head(node) },
         bodies,
-        axis,
-        z,
+        axis: axis.into(),
+        z: Spanned { value: z, span: head(node) }.into(),
         spring: Spring::Stiffness(number(stiffness)),
         damping: number(damping),
         rest: number(Spanned { value: radians(preload.value), span: preload.span }),

@@ -62,8 +62,8 @@ impl Import {
         let thickness = self.required_number(node, at, "thickness", self.length);
         Some(Material {
             name: name?,
-            density: density?,
-            thickness: thickness?,
+            density: density?.into(),
+            thickness: thickness?.into(),
             youngs_modulus: None,
             yield_stress: None,
         })

@@ -19,6 +19,7 @@ use super::joints::{Laws, hinge};
 use super::{Import, Parts, head, laminate};
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, SourceFile, Span, Spanned};
+use crate::source::drawn::Drawn;
 use crate::source::fields::{array, items};
 use crate::source::ids::BodyId;
 use crate::source::model::{Body, Joint, Plate, SourceModel};
@@ -161,8 +162,9 @@ impl Import {
         let outline =
             self.require(node, head(node), "exterior").and_then(|ring| self.older_ring(ring));
         let holes = self.list(node, head(node), "interiors")?;
-        let holes: Vec<_> = holes.iter().map(|ring| self.older_ring(ring)).collect();
-        Some(Plate { outline: outline?, holes: holes.into_iter().collect::<Option<_>>()? })
+        let holes = holes.iter().map(|ring| self.older_ring(ring).map(Drawn::from));
+        let holes: Vec<_> = holes.collect();
+        Some(Plate { outline: outline?.into(), holes: holes.into_iter().collect::<Option<_>>()? })
     }
 
     fn older_ring(&mut self, node: &Node) -> Option<Spanned<Vec<[f64; 2]>>> {

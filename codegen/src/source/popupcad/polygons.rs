@@ -8,6 +8,7 @@ use wkt::types::{LineString, Polygon};
 use super::{Import, head};
 use crate::source::codes::{self, Code};
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
+use crate::source::drawn::Drawn;
 use crate::source::fields::items;
 use crate::source::model::{MAX_VERTICES, Plate};
 use crate::source::yaml::Node;
@@ -126,8 +127,9 @@ fn plate(polygon: &Polygon<f64>, node: &Node) -> Result<Option<Plate>, Refusal> 
         return Ok(None);
     }
     let corners = |line: &LineString<f64>| line.coords().iter().map(|c| [c.x, c.y]).collect();
-    let holes = holes.iter().map(|hole| ring(corners(hole), node)).collect::<Result<_, _>>()?;
-    Ok(Some(Plate { outline: ring(corners(outline), node)?, holes }))
+    let drawn = |line| ring(corners(line), node).map(Drawn::from);
+    let holes = holes.iter().map(drawn).collect::<Result<_, _>>()?;
+    Ok(Some(Plate { outline: drawn(outline)?, holes }))
 }
 
 /// Reads the vertices without repetitions: the first vertex at the end, and equal neighbours, which

@@ -1,6 +1,6 @@
 //! The tables of force elements: springs, tendons and motors.
 
-use super::parts::VERTEX;
+use super::parts::FIXED_VERTEX;
 use super::{Mapping, Presence, Range, Uses, Value, key, optional, required};
 use crate::source::units::{
     ANGLE, CURRENT, DAMPING, FORCE, INERTIA, LENGTH, LINEAR_DAMPING, LINEAR_STIFFNESS, NUMBER,
@@ -90,7 +90,7 @@ pub static TWIST: Mapping = Mapping {
         required(
             "axis",
             Value::Array {
-                of: &VERTEX,
+                of: &FIXED_VERTEX,
                 length: 2,
                 form: "two points of a line along the axis, `[[x, y], [x, y]]`",
             },

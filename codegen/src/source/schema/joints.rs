@@ -1,9 +1,9 @@
 //! The tables of joints, and of creases that differ from the others.
 
-use super::parts::{HINGES, NO_MOTION, VERTEX};
+use super::parts::{DRAWN_LENGTH, HINGES, NO_MOTION, VERTEX};
 use super::{Key, Mapping, Presence, Range, Uses, Value, key, optional, required};
 use crate::source::units::{
-    ANGLE, ANGULAR_SPEED, CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS, TORQUE,
+    ANGLE, ANGULAR_SPEED, CUBIC_STIFFNESS, DAMPING, STIFFNESS, TORQUE,
 };
 
 const PRESCRIBED: Uses = Uses::Constants(
@@ -123,7 +123,7 @@ pub static JOINT: Mapping = Mapping {
                 "Two different points of the hinge line in the flat sheet. The joint turns about the line \
              from the first to the second.",
             ),
-            law("z", Value::Number(&LENGTH), "0.25 mm", "Height of the hinge line in the stack."),
+            law("z", DRAWN_LENGTH, "0.25 mm", "Height of the hinge line in the stack."),
             stiffness,
             damping,
             rest,

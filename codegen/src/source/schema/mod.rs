@@ -23,10 +23,12 @@ pub use elements::{BAND, MOTOR, TENDON, TWIST};
 pub use forces::{AIR, FORCE, POINT};
 pub use initial::{FREE_BODY, INITIAL};
 pub use joints::{CREASE_JOINT, FRICTION, JOINT};
-pub use model::{HINGE_MODEL, MATERIAL, MODEL, UNITS};
+pub use model::{HINGE_MODEL, MATERIAL, MODEL, PARAMETER, UNITS};
 pub(super) use model::{SPECIMEN, TERM};
 pub use parts::{BODY, HINGE_BEAM, HINGE_FAMILY, HINGE_SHARIFZADEH2018, PLATE, POINT_MASS};
-pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, SHAPES, SLIT, VERTEX};
+pub(super) use parts::{
+    FIXED_VERTEX, HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, SHAPES, SLIT, VERTEX,
+};
 pub use pattern::{CREASE, CREASE_HINGE, FOLD, LAYERS, PATTERN};
 #[cfg(feature = "drawings")]
 pub(super) use pattern::{DRAWN, LAYER_NAMES};
@@ -155,12 +157,14 @@ pub enum Value {
     },
 }
 
-/// What a formula may depend on, besides parameters, inputs and t.
+/// What a formula may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Uses {
-    /// Nothing else; the text says why.
+    /// Parameters.
+    Parameters,
+    /// Parameters, inputs and t; the text says why nothing else.
     Constants(&'static str),
-    /// `q.<joint>` and `u.<joint>`.
+    /// Parameters, inputs, t, `q.<joint>` and `u.<joint>`.
     Motion,
 }
 
@@ -174,6 +178,7 @@ const TUNABLE: &[&str] = &{
 pub const MAPPINGS: &[&Mapping] = &[
     &MODEL,
     &UNITS,
+    &PARAMETER,
     &MATERIAL,
     &BODY,
     &PLATE,
@@ -247,7 +252,7 @@ impl Value {
     fn uses(&self) -> Uses {
         match self {
             Self::Formula(_, uses) => *uses,
-            Self::Array { of, .. } => of.uses(),
+            Self::Array { of, .. } | Self::List { of, .. } => of.uses(),
             _ => Uses::Motion,
         }
     }

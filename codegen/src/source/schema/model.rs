@@ -6,7 +6,7 @@ use super::elements::{BAND, MOTOR, TENDON, TWIST};
 use super::forces::{AIR, FORCE, POINT};
 use super::initial::INITIAL;
 use super::joints::JOINT;
-use super::parts::{BODY, MAX_LAYERS};
+use super::parts::{BODY, DRAWN_LENGTH, MAX_LAYERS};
 use super::pattern::PATTERN;
 use super::{Mapping, Presence, Range, TUNABLE, Uses, Value, key, optional, required};
 use crate::source::names::Kind;
@@ -97,7 +97,10 @@ pub static MODEL: Mapping = Mapping {
         ),
         optional(
             "parameters",
-            Value::Named(Kind::Symbol("a parameter"), &Value::Parameter),
+            Value::Named(
+                Kind::Symbol("a parameter"),
+                &Value::Either(&Value::Parameter, &Value::Mapping(&PARAMETER)),
+            ),
             "there are no parameters",
             "{ k: 11.4 mN*m/rad, amplitude: 0.3 }",
             "Numbers by name that formulas use and that can be set at run time. The value in the \
@@ -236,6 +239,30 @@ pub static UNITS: Mapping = Mapping {
     choices: &[],
 };
 
+/// An entry of `parameters` with a range.
+pub static PARAMETER: Mapping = Mapping {
+    name: "parameter with a range",
+    title: "Parameters with a range",
+    path: "parameters.<parameter>",
+    doc: "A parameter of the drawing. The loops keep their kind over the whole range, and all plates are possible: \
+          lamc checks this. See [PARAMETERS.md](PARAMETERS.md).",
+    keys: &[
+        required("value", Value::Parameter, "40 mm", "The default."),
+        optional(
+            "range",
+            Value::Array {
+                of: &Value::Parameter,
+                length: 2,
+                form: "`[smallest, largest]`",
+            },
+            "the parameter is checked near its default only",
+            "[30 mm, 60 mm]",
+            "The values for which the model has to hold. Others are refused.",
+        ),
+    ],
+    choices: &[],
+};
+
 /// An entry of `materials`.
 pub static MATERIAL: Mapping = Mapping {
     name: "material",
@@ -243,13 +270,13 @@ pub static MATERIAL: Mapping = Mapping {
     path: "materials.<material>",
     doc: "A sheet material.",
     keys: &[
-        required("density", Value::Number(&DENSITY), "1380", "Mass per volume.")
+        required("density", Value::Formula(&DENSITY, Uses::Parameters), "1380", "Mass per volume.")
             .range(Range::Positive),
-        required("thickness", Value::Number(&LENGTH), "0.127 mm", "Thickness of the sheet.")
+        required("thickness", DRAWN_LENGTH, "0.127 mm", "Thickness of the sheet.")
             .range(Range::Positive),
         optional(
             "youngs_modulus",
-            Value::Number(&PRESSURE),
+            Value::Formula(&PRESSURE, Uses::Parameters),
             "the material cannot be a `beam` hinge",
             "4383 MPa",
             "Young's modulus, for `beam` hinges.",

@@ -11,18 +11,23 @@ pub(super) const NO_MOTION: Uses = Uses::Constants(
      with q and u into `torque`",
 );
 
+/// A length of the drawing.
+pub(crate) const DRAWN_LENGTH: Value = Value::Formula(&LENGTH, Uses::Parameters);
 /// A point of the flat sheet.
 pub(crate) const VERTEX: Value =
+    Value::Array { of: &DRAWN_LENGTH, length: 2, form: "`[x, y]`" };
+/// A point of the flat sheet that is the same for all parameters.
+pub(crate) const FIXED_VERTEX: Value =
     Value::Array { of: &Value::Number(&LENGTH), length: 2, form: "`[x, y]`" };
 /// A point in space, given in the flat state.
 pub(crate) const POSITION: Value =
-    Value::Array { of: &Value::Number(&LENGTH), length: 3, form: "`[x, y, z]`" };
+    Value::Array { of: &DRAWN_LENGTH, length: 3, form: "`[x, y, z]`" };
 /// A closed line.
 pub(crate) const RING: Value =
     Value::List { of: &VERTEX, items: [3, usize::MAX], form: "a list of vertices `[x, y]`" };
 /// A line without width.
 pub(crate) const SLIT: Value =
-    Value::Array { of: &VERTEX, length: 2, form: "two points of the slit, `[[x, y], [x, y]]`" };
+    Value::Array { of: &FIXED_VERTEX, length: 2, form: "two points of the slit, `[[x, y], [x, y]]`" };
 const HOLES: Value = Value::List { of: &RING, items: [0, usize::MAX], form: "a list of outlines" };
 /// The plates of one layer.
 pub(crate) const PLATES: Value = Value::List {
@@ -94,7 +99,7 @@ pub static BODY: Mapping = Mapping {
             "One list of plates for each layer of the `layup`, bottom to top. A layer without plates is \
              `[]`.",
         ),
-        key("mass", Value::Number(&MASS), Presence::Together, "1.5 g", "The mass.")
+        key("mass", Value::Formula(&MASS, Uses::Parameters), Presence::Together, "1.5 g", "The mass.")
             .range(Range::Positive),
         key(
             "com",
@@ -174,22 +179,22 @@ pub static POINT_MASS: Mapping = Mapping {
     path: "bodies.<body>.point_masses[]",
     doc: "A mass without extent.",
     keys: &[
-        required("mass", Value::Number(&MASS), "0.5 g", "The mass.").range(Range::Positive),
+        required("mass", Value::Formula(&MASS, Uses::Parameters), "0.5 g", "The mass.").range(Range::Positive),
         required("at", POSITION, "[20, 10, 1]", "Its position in the flat sheet."),
     ],
     choices: &[],
 };
 
-const HINGE_LENGTH: Key = required(
-    "length",
-    Value::Number(&LENGTH),
-    "1 mm",
-    "Length of the part that bends, across the hinge line.",
-)
-.range(Range::Positive);
-const HINGE_WIDTH: Key =
-    required("width", Value::Number(&LENGTH), "50 mm", "Width of the hinge along the hinge line.")
-        .range(Range::Positive);
+const fn hinge_length(value: Value) -> Key {
+    let doc = "Length of the part that bends, across the hinge line.";
+    required("length", value, "1 mm", doc).range(Range::Positive)
+}
+const fn hinge_width(value: Value) -> Key {
+    let doc = "Width of the hinge along the hinge line.";
+    required("width", value, "50 mm", doc).range(Range::Positive)
+}
+const HINGE_LENGTH: Key = hinge_length(Value::Number(&LENGTH));
+const HINGE_WIDTH: Key = hinge_width(Value::Number(&LENGTH));
 const HINGE_AREA: Key = optional(
     "area",
     Value::Number(&AREA),
@@ -213,11 +218,11 @@ pub static HINGE_BEAM: Mapping = Mapping {
             "film",
             "The material. Its `youngs_modulus` and its `thickness` are used.",
         ),
-        HINGE_LENGTH,
-        HINGE_WIDTH,
+        hinge_length(DRAWN_LENGTH),
+        hinge_width(DRAWN_LENGTH),
         optional(
             "gaps",
-            Value::Number(&LENGTH),
+            DRAWN_LENGTH,
             "nothing is cut out",
             "5 mm",
             "Total length that is cut out of the width. It is less than the width.",
