@@ -55,12 +55,11 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
     let functions = functions.into_iter().map(|function| hoist(&mut interface, function));
     let mut functions: Vec<Function> = functions.collect();
     let table = drawing.finish(&mut functions);
+    interface.drawn = table.outputs.first().map_or(0, |numbers| numbers.rows);
     functions.push(table);
     let passes = Passes { interface: &interface };
     let finished = |function| check(&interface, sections::sections(passes.reduce(function)));
     let functions = each(functions, finished);
-    let drawn = functions[FunctionKind::Drawing as usize].outputs.first();
-    interface.drawn = drawn.map_or(0, |numbers| numbers.rows);
     Program { interface, facts: facts::facts(equations), functions }
 }
 

@@ -57,7 +57,7 @@ fn exact(model: &mut SourceModel, pair: &Pair) {
     for (joint, exact) in model.joints.iter_mut().zip(&mechanism.joints) {
         let end = exact.point + exact.direction * exact.length;
         joint.axis.value = [[exact.point.x, exact.point.y], [end.x, end.y]];
-        joint.z = exact.point.z;
+        joint.z.value = exact.point.z;
     }
     model.tolerance = model.tolerance.min(EXACT * mechanism.size);
 }
@@ -74,7 +74,7 @@ fn rotated(size: f64) -> impl FnOnce(&mut SourceModel) -> Other {
         };
         let matrix: Matrix3<f64> = Rotation3::from_axis_angle(&Vector3::z_axis(), TURN).into();
         for body in &mut model.bodies {
-            body.point_masses.iter_mut().for_each(|point| point.at = lift(point.at));
+            body.point_masses.iter_mut().for_each(|point| point.at.value = lift(point.at.value));
             match &mut body.shape {
                 Shape::None => {}
                 Shape::Plates(layers) => {
@@ -97,9 +97,9 @@ fn rotated(size: f64) -> impl FnOnce(&mut SourceModel) -> Other {
         lines.for_each(|point| *point = turn(*point));
         let axes = model.elements.twists.iter_mut().flat_map(|twist| &mut twist.axis.value);
         axes.for_each(|point| *point = turn(*point));
-        model.points.iter_mut().for_each(|point| point.at = lift(point.at));
+        model.points.iter_mut().for_each(|point| point.at.value = lift(point.at.value));
         for contact in &mut model.contacts {
-            contact.plane.point = lift(contact.plane.point);
+            contact.plane.point.value = lift(contact.plane.point.value);
             let normal = &mut contact.plane.normal.value;
             *normal = (matrix * Vector3::from(*normal)).into();
         }

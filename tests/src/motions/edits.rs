@@ -211,8 +211,8 @@ pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
     model.joints.push(Joint {
         name: spanned("turntable".to_owned()),
         bodies: [earth, BodyId(ground)].map(spanned),
-        axis: spanned(axis),
-        z: 0.0,
+        axis: spanned(axis).into(),
+        z: spanned(0.0).into(),
         spring: Spring::Stiffness(spanned(Expression::ZERO)),
         damping: spanned(Expression::ZERO),
         rest: spanned(Expression::ZERO),

@@ -178,7 +178,7 @@ pub fn in_millimetres(model: &mut SourceModel) {
     mm(&mut model.tolerance);
     model.materials.iter_mut().for_each(|material| mm(&mut material.thickness.value));
     for body in &mut model.bodies {
-        body.point_masses.iter_mut().flat_map(|point| &mut point.at).for_each(mm);
+        body.point_masses.iter_mut().flat_map(|point| &mut point.at.value).for_each(mm);
         match &mut body.shape {
             Shape::None => {}
             Shape::Plates(layers) => {
@@ -190,8 +190,8 @@ pub fn in_millimetres(model: &mut SourceModel) {
             Shape::Rigid { com, .. } => com.value.iter_mut().for_each(mm),
         }
     }
-    model.points.iter_mut().flat_map(|point| &mut point.at).for_each(mm);
-    model.contacts.iter_mut().flat_map(|contact| &mut contact.plane.point).for_each(mm);
+    model.points.iter_mut().flat_map(|point| &mut point.at.value).for_each(mm);
+    model.contacts.iter_mut().flat_map(|contact| &mut contact.plane.point.value).for_each(mm);
     let elements = &mut model.elements;
     for tendon in elements.bands.iter_mut().chain(&mut elements.tendons) {
         if let Tension::Elastic { rest_length: Some(length), .. } = &mut tendon.tension
@@ -208,7 +208,7 @@ pub fn in_millimetres(model: &mut SourceModel) {
     }
     for joint in &mut model.joints {
         joint.axis.value.iter_mut().flatten().for_each(mm);
-        mm(&mut joint.z);
+        mm(&mut joint.z.value);
         match &mut joint.spring {
             Spring::Stiffness(_) => {}
             Spring::Beam { length, width, gaps, .. } => {
