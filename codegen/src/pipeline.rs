@@ -1,5 +1,7 @@
 //! The pipeline: every stage of the compiler, in order.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -9,12 +11,13 @@ use crate::backend::python;
 use crate::backend::rust::{self, ScalarChoice};
 #[cfg(feature = "derive")]
 use crate::kane::{self, DeriveError, Equations};
+use crate::laminate;
 #[cfg(feature = "derive")]
 use crate::laminate::Geometry;
-use crate::laminate;
 #[cfg(feature = "derive")]
 use crate::lowering;
 use crate::program::{self, Op, Program, ReadError};
+use crate::range;
 use crate::sealed::Format;
 use crate::source::codes;
 use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFile, SourceModel};
@@ -63,6 +66,8 @@ pub struct Compiled {
     pub topology: Topology,
     /// Its equations as straight-line code.
     pub program: Program,
+    /// The model, if its drawing depends on parameters.
+    pub model: Option<Box<SourceModel>>,
     /// Units of numbers that are given on a command line.
     pub numbers: Numbers,
     /// Warnings of every stage, in the order of the stages.
@@ -174,6 +179,7 @@ impl Read<'_> {
         let joints = self.model.joints.len();
         enter(Stage::Topology, joints);
         let (topology, warnings) = analysed(&self.model)?;
+        range::check(&self.model, &topology)?;
         let geometry = Geometry::new(&self.model, &topology.mechanism)?;
         enter(Stage::Equations, joints);
         let equations: Equations = kane::derive(&topology, &geometry)?;
@@ -191,11 +197,28 @@ impl Read<'_> {
         let numbers = self.model.numbers();
         let mut warnings = self.warnings;
         warnings.extend(found.0);
-        Compiled { topology, program, numbers, warnings }
+        let model = self.model.is_parametric().then(|| Box::new(self.model));
+        Compiled { topology, program, model, numbers, warnings }
     }
 }
 
 impl Compiled {
+    /// Returns the topology at values of all parameters of the program, SI: that of the defaults, unless the drawing
+    /// depends on parameters.
+    ///
+    /// # Errors
+    /// Returns an error if a value is outside its range, or if the drawing is impossible or has other loops with these
+    /// values.
+    pub fn topology_at(&self, parameters: &[f64]) -> Result<Cow<'_, Topology>, Diagnostics> {
+        let known = self.topology.mechanism.parameters.iter().map(|known| known.value);
+        match &self.model {
+            Some(model) if !known.eq(parameters.iter().copied()) => {
+                range::at(model, &self.topology, parameters).map(Cow::Owned)
+            }
+            _ => Ok(Cow::Borrowed(&self.topology)),
+        }
+    }
+
     /// Returns the compiled model as bytes: what another process of the same release needs to run it, without the
     /// algebra.
     pub fn to_bytes(&self) -> Vec<u8> {
@@ -265,7 +288,8 @@ pub fn analyse_edited(
 }
 
 /// Runs the stages `laminate` and `topology`, and returns their warnings.
-fn analysed(model: &SourceModel) -> Result<(Topology, Diagnostics), Diagnostics> {
+/// Runs the stages laminate and topology.
+pub(crate) fn analysed(model: &SourceModel) -> Result<(Topology, Diagnostics), Diagnostics> {
     let mut warnings = Diagnostics::default();
     let mechanism = laminate::build(model, &mut warnings)?;
     let topology = topology::build(mechanism)?;

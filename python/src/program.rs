@@ -132,10 +132,13 @@ impl Program {
         for (name, value) in &values {
             system.set_parameter(name, *value).map_err(error)?;
         }
-        let mechanism = &self.compiled.topology.mechanism;
         let mut warnings = Vec::new();
-        let known = verdicts(mechanism, self.system().parameters());
-        for verdict in verdicts(mechanism, system.parameters()) {
+        let known = verdicts(&self.compiled.topology.mechanism, self.system().parameters());
+        let compiled = match self.compiled.topology_at(system.parameters()).map_err(error)? {
+            Cow::Borrowed(_) => self.compiled.clone(),
+            Cow::Owned(topology) => Arc::new(Compiled { topology, ..(*self.compiled).clone() }),
+        };
+        for verdict in verdicts(&compiled.topology.mechanism, system.parameters()) {
             match verdict.severity {
                 Severity::Error => return Err(error(verdict)),
                 Severity::Warning if !known.contains(&verdict) => {
@@ -144,6 +147,6 @@ impl Program {
                 Severity::Warning | Severity::Note => {}
             }
         }
-        Ok((Self { compiled: self.compiled.clone(), system: Mutex::new(system) }, warnings))
+        Ok((Self { compiled, system: Mutex::new(system) }, warnings))
     }
 }

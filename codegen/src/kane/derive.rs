@@ -65,16 +65,14 @@ fn equations(
     let outputs = Outputs::new(b, &kinematics);
     let given = Given::new(b, &closure);
     let inverse = InverseDynamics::new(b, &kinematics, &inertias, &loads, &closure, &given);
-    let reduced = reduced(
-        b,
-        &Phases {
-            frames: &frames,
-            kinematics: &kinematics,
-            inertias: &inertias,
-            loads: &loads,
-            closure: &closure,
-        },
-    );
+    let phases = Phases {
+        frames: &frames,
+        kinematics: &kinematics,
+        inertias: &inertias,
+        loads: &loads,
+        closure: &closure,
+    };
+    let reduced = reduced(b, &phases);
     let by_rows = reduced.is_none() || is_eliminated_by_rows(topology, &closure);
     let elimination = by_rows.then(|| {
         let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);

@@ -142,13 +142,13 @@ impl Drawing<'_> {
     fn origin_of_free(&self, node: &Node) -> Vector3<Number> {
         let mechanism = &self.topology.mechanism;
         let com = self.geometry.mass_properties(mechanism, node.body).com;
-        let is_near = |centre: &Vector3<Number>| {
-            distance(centre, &com) <= FARTHEST_ORIGIN * mechanism.size
-        };
+        let is_near =
+            |centre: &Vector3<Number>| distance(centre, &com) <= FARTHEST_ORIGIN * mechanism.size;
         let touches = |joint: &JointId| mechanism.joints[joint.index()].bodies.contains(&node.body);
-        let mut centres = self.topology.loops.iter().filter_map(|closed| {
-            closed.joints.iter().any(touches).then(|| self.centre(closed))?
-        });
+        let mut centres =
+            self.topology.loops.iter().filter_map(|closed| {
+                closed.joints.iter().any(touches).then(|| self.centre(closed))?
+            });
         centres.find(is_near).unwrap_or(com)
     }
 
@@ -164,9 +164,11 @@ impl Drawing<'_> {
         };
         let size = topology.mechanism.size;
         let HingeLine { point, direction } = hinge;
-        let on_line =
-            |other: &Vector3<Number>| point + direction * direction.dot(&(other - point));
-        for closed in loops.iter().filter(|closed| closed.joints.iter().any(|joint| node.joint() == Some(*joint))) {
+        let on_line = |other: &Vector3<Number>| point + direction * direction.dot(&(other - point));
+        for closed in loops
+            .iter()
+            .filter(|closed| closed.joints.iter().any(|joint| node.joint() == Some(*joint)))
+        {
             let Some(centre) = self.centre(closed) else { continue };
             let miss = (on_line(&centre) - &centre).map(|x| x.magnitude()).norm();
             if miss <= ROUNDING * 10.0 * size {

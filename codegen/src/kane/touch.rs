@@ -92,8 +92,7 @@ pub fn touch(
     for (point, flat) in points {
         let name = point.name.replace('.', "_");
         let meaning = "coordinates of a contact point in this body's frame, m";
-        let at =
-            body.facts(binder, "contact_point", meaning, body.frame.coordinates(flat, size));
+        let at = body.facts(binder, "contact_point", meaning, body.frame.coordinates(flat, size));
         let index = faces.iter().position(|face| face.z == at[2]).unwrap_or_else(|| {
             faces.push(Face::new(binder, body, seen, &contact.name, faces.len(), &at[2]));
             faces.len() - 1

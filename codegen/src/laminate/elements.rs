@@ -8,7 +8,8 @@ use super::mechanism::Mechanism;
 use crate::source::codes;
 use crate::source::elements as given;
 use crate::source::{
-    BodyId, Diagnostic, Diagnostics, Expression, JointId, Operator, PointId, SourceModel, Spanned, Unary,
+    BodyId, Diagnostic, Diagnostics, Expression, JointId, Operator, PointId, SourceModel, Spanned,
+    Unary,
 };
 
 /// The force elements of a mechanism.

@@ -85,8 +85,13 @@ impl Geometry {
     /// Returns the mass properties of a body.
     pub fn mass_properties(&self, mechanism: &Mechanism, body: BodyId) -> MassProperties<Number> {
         self.bodies.get(&body).cloned().unwrap_or_else(|| {
-            let MassProperties { mass, com, inertia } = mechanism.bodies[body.index()].mass_properties;
-            MassProperties { mass: mass.into(), com: fixed(&com), inertia: inertia.map(Number::from) }
+            let MassProperties { mass, com, inertia } =
+                mechanism.bodies[body.index()].mass_properties;
+            MassProperties {
+                mass: mass.into(),
+                com: fixed(&com),
+                inertia: inertia.map(Number::from),
+            }
         })
     }
 
@@ -165,6 +170,14 @@ impl Geometry {
                 let error = Diagnostic::error(codes::NOT_PARAMETRIC, within.span, message);
                 found.push(error.hint("give the body of the plane a constant outline"));
             }
+            let changing = model.bodies.iter().find(|it| !(it.fixed || it.is_fixed_drawing(model)));
+            if let (None, Some(body)) = (&given.stiffness, changing) {
+                let message = "the default of the stiffness follows from masses and thicknesses";
+                let error = Diagnostic::error(codes::NOT_PARAMETRIC, given.name.span, message);
+                let depends = "the shape of this body depends on parameters";
+                let hint = "give the contact its stiffness, as in `stiffness: 2000 N/m`";
+                found.push(error.also(body.name.span, depends).hint(hint));
+            }
             let named = match &given.points {
                 ContactPoints::Named(points) => Some(points),
                 ContactPoints::Corners | ContactPoints::CornersOf(_) => None,
@@ -198,8 +211,8 @@ impl crate::source::Body {
                 let mut rings =
                     rings.flat_map(|plate| [&plate.outline].into_iter().chain(&plate.holes));
                 let materials = model.layup.iter().map(|index| &model.materials[*index]);
-                let mut sheets = materials
-                    .flat_map(|material| [&material.density, &material.thickness]);
+                let mut sheets =
+                    materials.flat_map(|material| [&material.density, &material.thickness]);
                 rings.all(Drawn::is_fixed) && sheets.all(Drawn::is_fixed)
             }
             Shape::Rigid { mass, com, .. } => mass.is_fixed() && com.is_fixed(),

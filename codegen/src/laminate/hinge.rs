@@ -11,7 +11,8 @@ use super::mechanism::{Friction, Joint};
 use crate::arithmetic::hypot;
 use crate::source::codes;
 use crate::source::{
-    Diagnostic, Diagnostics, Drawn, Expression, HingeModel, Material, Operator, SourceModel, Span, Spring,
+    Diagnostic, Diagnostics, Drawn, Expression, HingeModel, Material, Operator, SourceModel, Span,
+    Spring,
 };
 
 /// Components of a unit vector below this bound are rounding errors of a direction along the other
@@ -105,11 +106,10 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
             // Mistakes in the numbers of the strip are reported directly, not their consequences.
             let stiffness = Some(beam.stiffness()).filter(|stiffness| stiffness.is_finite());
             // The angle depends on the bending moment only, not on the arm.
-            let range =
-                strip.yield_stress.as_ref().map(|sigma| beam.linear_range(sigma.value, 1.0));
-            let linear_range = range.map_or(f64::INFINITY, |range| range.angle);
-            let stiffness = Expression::Number(stiffness.unwrap_or(0.0));
-            let stiffness = beam_formula(strip, length, width, gaps.as_ref()).unwrap_or(stiffness);
+            let range = |sigma: &crate::source::Spanned<f64>| beam.linear_range(sigma.value, 1.0).angle;
+            let linear_range = strip.yield_stress.as_ref().map_or(f64::INFINITY, range);
+            let number = Expression::Number(stiffness.unwrap_or(0.0));
+            let stiffness = beam_formula(strip, length, width, gaps.as_ref()).unwrap_or(number);
             Flexure { stiffness, damping, linear_range }
         }
         Spring::Family { model: family, length, width, area, span } => {
@@ -204,9 +204,8 @@ fn beam_formula(
     if given.all(Drawn::is_fixed) {
         return None;
     }
-    let of = |drawn: &Drawn<f64>| {
-        drawn.formula(0).cloned().unwrap_or(Expression::Number(drawn.value))
-    };
+    let of =
+        |drawn: &Drawn<f64>| drawn.formula(0).cloned().unwrap_or(Expression::Number(drawn.value));
     let cut = gaps.map(|gaps| (Operator::Sub, of(gaps)));
     let width = Expression::Chain(Box::new(of(width)), cut.into_iter().collect());
     let thickness = (Operator::Mul, of(&strip.thickness));

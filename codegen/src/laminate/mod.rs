@@ -24,8 +24,8 @@ mod tunable;
 mod verdicts;
 
 pub use contact::SINKING;
-pub use geometry::{Geometry, HingeLine, fixed};
 pub use elements::{Elements, Motor, Tendon, Tension, Twist};
+pub use geometry::{Geometry, HingeLine, fixed};
 pub(crate) use hinge::direction;
 pub use kinks::{Kink, kinks};
 pub use linear::{Excursion, excursions};

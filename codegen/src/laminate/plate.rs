@@ -232,8 +232,9 @@ impl<T: Real> Moments<T> {
         let d = &self.first / area.clone();
         let [[dx, dy]] = d.data.0.clone();
         let [xx, yy, xy] = self.second.clone();
-        let central =
-            |about: T, x: &T, y: &T| surface.clone() * (about - area.clone() * x.clone() * y.clone());
+        let central = |about: T, x: &T, y: &T| {
+            surface.clone() * (about - area.clone() * x.clone() * y.clone())
+        };
         let (xx, yy, xy) = (central(xx, &dx, &dx), central(yy, &dy, &dy), central(xy, &dx, &dy));
         let zz = mass.clone() * thickness.clone() * thickness.clone() / T::from(12.0);
         let middle = layer.bottom.clone() + thickness.clone() / T::from(2.0);
@@ -243,9 +244,15 @@ impl<T: Real> Moments<T> {
             mass,
             com: Vector3::new(origin_x + dx, origin_y + dy, middle),
             inertia: Matrix3::from_row_slice(&[
-                yy.clone() + zz.clone(), -xy.clone(), zero(),
-                -xy, xx.clone() + zz, zero(),
-                zero(), zero(), xx + yy,
+                yy.clone() + zz.clone(),
+                -xy.clone(),
+                zero(),
+                -xy,
+                xx.clone() + zz,
+                zero(),
+                zero(),
+                zero(),
+                xx + yy,
             ]),
         }
     }

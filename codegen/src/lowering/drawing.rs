@@ -37,7 +37,9 @@ impl Drawing {
             _ => false,
         };
         for (index, instruction) in function.instructions.iter_mut().enumerate() {
-            let Some(number) = numbers[index].filter(|_| !is_plain(instruction.op)) else { continue };
+            let Some(number) = numbers[index].filter(|_| !is_plain(instruction.op)) else {
+                continue;
+            };
             // What other instructions of the table need alone is dropped with the dead code.
             instruction.op = Op::Load(Slot::Drawn(self.place(number)));
             instruction.name = None;
@@ -51,7 +53,9 @@ impl Drawing {
         for instruction in &function.instructions {
             let number = match instruction.op {
                 Op::Load(Slot::Drawn(place)) => Some(self.table[place]),
-                Op::Load(Slot::Parameter(_)) | Op::Const(_) => Some(self.add(instruction, instruction.op)),
+                Op::Load(Slot::Parameter(_)) | Op::Const(_) => {
+                    Some(self.add(instruction, instruction.op))
+                }
                 Op::Load(_) => None,
                 op => {
                     let follows = op.operands().all(|operand| numbers[operand.index()].is_some());
@@ -97,8 +101,7 @@ impl Drawing {
         if entries.is_empty() {
             return Function { kind, instructions: Vec::new(), outputs: Vec::new() };
         }
-        let outputs =
-            vec![Output { name: "numbers", rows: entries.len(), columns: 1, entries }];
+        let outputs = vec![Output { name: "numbers", rows: entries.len(), columns: 1, entries }];
         dead::dead(Function { kind, instructions: self.instructions, outputs })
     }
 }

@@ -28,8 +28,8 @@ mod tests;
 use std::{panic, thread};
 
 use crate::kane::Equations;
-use drawing::Drawing;
 use crate::program::{Function, FunctionKind, Interface, Program, verify_function};
+use drawing::Drawing;
 
 /// The program of a mechanism. `source_name` (no folders) and `source_text` identify the input in
 /// the generated header.

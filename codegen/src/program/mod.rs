@@ -3,6 +3,7 @@
 //! A program is plain data: whoever has one needs neither the model's text nor the algebra to run it or to
 //! write a module.
 
+mod argument;
 mod cost;
 mod engine;
 mod executable;
@@ -23,6 +24,7 @@ mod verify;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use argument::Argument;
 pub use cost::Cost;
 pub use engine::{Engine, UnknownName};
 pub use executable::Executable;

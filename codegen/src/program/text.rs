@@ -19,7 +19,8 @@ impl fmt::Display for Program {
 impl Program {
     fn function(&self, function: &Function, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let signature = function.kind.signature();
-        let inputs: Vec<_> = function.kind.inputs(&self.interface).map(|input| input.name()).collect();
+        let inputs: Vec<_> =
+            function.kind.inputs(&self.interface).map(|input| input.name()).collect();
         writeln!(f, "function {}({})  ; {}", signature.name, inputs.join(", "), function.cost())?;
         let mut section = None;
         for (index, instruction) in function.instructions.iter().enumerate() {

@@ -167,15 +167,17 @@ fn readable(interface: &Interface, kind: FunctionKind, slot: Slot) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program::{Instruction, JointInfo, Moving, Output, SIGNATURES};
+    use crate::program::{Instruction, JointInfo, Moving, Output, ParameterInfo, SIGNATURES};
     use crate::program::{Phase, Section};
-    use crate::source::{CoordinateId, SpeedId};
+    use crate::source::{CoordinateId, ParameterId, SpeedId};
 
     /// Two joints, one loop with three closure rows.
     fn interface() -> Interface {
         Interface {
             joints: vec![JointInfo::default(); 2],
             loops: vec![String::new()],
+            parameters: vec![ParameterInfo { name: String::new(), value: 0.0, doc: String::new() }],
+            drawn: 1,
             rows: 3,
             ..Interface::default()
         }
@@ -225,10 +227,10 @@ mod tests {
         let interface = interface();
         for signature in &SIGNATURES {
             let kind = signature.kind;
-            let slot = if kind == FunctionKind::Drives {
-                Slot::Time
-            } else {
-                Slot::Position(CoordinateId(0))
+            let slot = match kind {
+                FunctionKind::Drives => Slot::Time,
+                FunctionKind::Drawing => Slot::Parameter(ParameterId(0)),
+                _ => Slot::Position(CoordinateId(0)),
             };
             let right = reading(&interface, kind, slot);
             assert_eq!(verify_function(&interface, &right), Ok(()));

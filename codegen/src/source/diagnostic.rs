@@ -17,7 +17,7 @@ pub struct Span {
 }
 
 /// A value with its position in the source text.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spanned<T> {
     /// The value.
     pub value: T,

@@ -1,10 +1,12 @@
 //! Numbers of the drawing, which may follow from parameters.
 
+use serde::{Deserialize, Serialize};
+
 use super::diagnostic::{Span, Spanned};
 use super::expression::Expression;
 
 /// Numbers of the drawing, SI. Those with a formula have their values at the defaults of the parameters.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Drawn<T> {
     /// The values.
     pub value: T,

@@ -5,8 +5,9 @@ use super::diagnostic::Spanned;
 use super::expression::Expression;
 use super::formula::Scope;
 use super::ids::{JointId, ParameterId};
-use super::model::{SourceModel, Spring, Tunable};
+use super::model::{SourceModel, Spring};
 use super::names::alternatives;
+use super::tunable::Tunable;
 use super::vocabulary;
 
 /// Error of a change that is not possible in this model.

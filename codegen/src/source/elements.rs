@@ -1,5 +1,7 @@
 //! Force elements as written in the file: springs between points and between bodies, tendons, motors.
 
+use serde::{Deserialize, Serialize};
+
 use super::diagnostic::Spanned;
 use super::expression::Expression;
 use super::ids::{BodyId, JointId, PointId};
@@ -9,7 +11,7 @@ use super::units::{
 };
 
 /// The force elements of a model.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Elements {
     /// Springs between two points: tendons through two points, which may push.
     pub bands: Vec<Tendon>,
@@ -22,7 +24,7 @@ pub struct Elements {
 }
 
 /// A line under tension that slides without friction through points.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tendon {
     /// Its name.
     pub name: Spanned<String>,
@@ -33,7 +35,7 @@ pub struct Tendon {
 }
 
 /// What the tension of a tendon depends on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Tension {
     /// The tension, N; 0 where the formula is negative.
     Given(Spanned<Expression>),
@@ -51,7 +53,7 @@ pub enum Tension {
 }
 
 /// A torsion spring between two bodies.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Twist {
     /// Its name.
     pub name: Spanned<String>,
@@ -68,7 +70,7 @@ pub struct Twist {
 }
 
 /// A direct-current motor that turns a joint through a gear.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Motor {
     /// Its name.
     pub name: Spanned<String>,

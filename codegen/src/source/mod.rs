@@ -35,6 +35,7 @@ mod rounding;
 pub mod schema;
 #[cfg(test)]
 mod tests;
+mod tunable;
 mod units;
 mod uses;
 mod vocabulary;
@@ -54,6 +55,7 @@ pub use ids::{BodyId, ContactId, CoordinateId, InputId, JointId, ParameterId, Po
 pub use model::*;
 pub use names::{alternatives, closest as closest_name, is_identifier, is_keyword};
 pub use polynomial::{Polynomial, Term};
+pub use tunable::Tunable;
 pub use units::Dimension;
 pub use uses::Numbers;
 pub use vocabulary::Vocabulary;

@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::argument::AngleUnit;
 use super::diagnostic::{SourceFile, Span, Spanned};
 use super::drawn::Drawn;
@@ -10,7 +12,8 @@ use super::elements::Elements;
 use super::expression::Expression;
 use super::ids::{BodyId, InputId, JointId, PointId};
 use super::polynomial::Polynomial;
-use super::units::{ANGLE, DAMPING, Dimension, MASS, STIFFNESS};
+use super::tunable::Tunable;
+use super::units::Dimension;
 
 /// Default limit of the number of hinges: the size of the equations and the time to derive them
 /// grow as the square of this number.
@@ -19,7 +22,7 @@ pub const MAX_HINGES: usize = 2000;
 pub const MAX_VERTICES: usize = 10_000;
 
 /// A mechanism as its file describes it. All numbers are in SI units (m, kg, s, rad).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SourceModel {
     /// The model's name: an identifier.
     pub name: Spanned<String>,
@@ -68,11 +71,12 @@ pub struct SourceModel {
     /// Largest rounding error of each coordinate of a hinge line, m.
     pub tolerance: f64,
     /// The drawing of its `pattern`.
+    #[serde(skip)]
     pub drawing: Option<Arc<SourceFile>>,
 }
 
 /// Stiffness and damping of a family of hinges.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct HingeModel {
     /// Its name.
     pub name: Spanned<String>,
@@ -85,7 +89,7 @@ pub struct HingeModel {
 }
 
 /// Where a free body is at the start, and how it moves.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InitialBody {
     /// How far its centre of mass is from where it is drawn, m.
     pub position: [f64; 3],
@@ -108,7 +112,7 @@ impl InitialBody {
 }
 
 /// Air, which resists moving plates.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Air {
     /// Density, kg/m^3.
     pub density: Spanned<Expression>,
@@ -117,7 +121,7 @@ pub struct Air {
 }
 
 /// Points of bodies that may touch a plane.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Contact {
     /// Its name.
     pub name: Spanned<String>,
@@ -136,7 +140,7 @@ pub struct Contact {
 }
 
 /// The plane of a contact.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ContactPlane {
     /// A point of it in the flat state, m.
     pub point: Drawn<[f64; 3]>,
@@ -149,7 +153,7 @@ pub struct ContactPlane {
 }
 
 /// The points that may touch a plane.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum ContactPoints {
     /// The corners of all moving bodies but the plane's own.
     Corners,
@@ -160,7 +164,7 @@ pub enum ContactPoints {
 }
 
 /// A sheet material.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Material {
     /// Its name.
     pub name: Spanned<String>,
@@ -175,7 +179,7 @@ pub struct Material {
 }
 
 /// A rigid body.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Body {
     /// Its name.
     pub name: Spanned<String>,
@@ -194,7 +198,7 @@ pub struct Body {
 }
 
 /// Source of a body's mass properties.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Shape {
     /// No shape: a fixed body, or point masses only.
     None,
@@ -212,7 +216,7 @@ pub enum Shape {
 }
 
 /// A polygon with holes, in one layer.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Plate {
     /// Vertices, m; the last is joined to the first; either orientation.
     pub outline: Drawn<Vec<[f64; 2]>>,
@@ -221,7 +225,7 @@ pub struct Plate {
 }
 
 /// A mass without extent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PointMass {
     /// Mass, kg.
     pub mass: Drawn<f64>,
@@ -230,7 +234,7 @@ pub struct PointMass {
 }
 
 /// A flexure hinge.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Joint {
     /// Its name.
     pub name: Spanned<String>,
@@ -263,7 +267,7 @@ pub struct Joint {
 }
 
 /// Source of a hinge's stiffness.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Spring {
     /// Stiffness, N m/rad.
     Stiffness(Spanned<Expression>),
@@ -307,7 +311,7 @@ pub enum Spring {
 }
 
 /// Coulomb's friction, smoothed: torque tanh(u / speed) against the motion.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Friction {
     /// Torque, N m.
     pub torque: Spanned<Expression>,
@@ -316,7 +320,7 @@ pub struct Friction {
 }
 
 /// A named number that stays a symbol.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Parameter {
     /// Its name.
     pub name: Spanned<String>,
@@ -328,21 +332,8 @@ pub struct Parameter {
     pub range: Option<Spanned<[f64; 2]>>,
 }
 
-/// A kind of constant that `tunable` turns into parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Tunable {
-    /// `stiffness_<joint>`.
-    Stiffness,
-    /// `damping_<joint>`.
-    Damping,
-    /// `rest_<joint>`.
-    Rest,
-    /// `mass_<body>`; the inertia scales with it (same shape, different density).
-    Mass,
-}
-
 /// An output point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Point {
     /// Its name.
     pub name: Spanned<String>,
@@ -353,7 +344,7 @@ pub struct Point {
 }
 
 /// A force at a point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Force {
     /// Its name.
     pub name: Spanned<String>,
@@ -367,35 +358,5 @@ impl SourceModel {
     /// Returns the input with this name.
     pub fn input(&self, name: &str) -> Option<InputId> {
         self.inputs.iter().position(|input| input.value == name).map(InputId)
-    }
-}
-
-impl Tunable {
-    /// All kinds.
-    pub const ALL: [Self; 4] = [Self::Stiffness, Self::Damping, Self::Rest, Self::Mass];
-
-    /// Returns its name in the file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stiffness => "stiffness",
-            Self::Damping => "damping",
-            Self::Rest => "rest",
-            Self::Mass => "mass",
-        }
-    }
-
-    /// Returns the dimension of its parameters.
-    pub fn dimension(self) -> Dimension {
-        match self {
-            Self::Stiffness => STIFFNESS.dimension,
-            Self::Damping => DAMPING.dimension,
-            Self::Rest => ANGLE.dimension,
-            Self::Mass => MASS.dimension,
-        }
-    }
-
-    /// Returns the name of the parameter for a joint (body).
-    pub fn parameter_name(self, owner: &str) -> String {
-        format!("{}_{owner}", self.name())
     }
 }

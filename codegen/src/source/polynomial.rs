@@ -1,9 +1,11 @@
 //! Polynomials of a hinge's length l, width w and body area a, SI.
 
+use serde::{Deserialize, Serialize};
+
 use crate::arithmetic::powi;
 
 /// A term: coefficient l^i w^j a^k.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Term {
     /// The coefficient.
     pub coefficient: f64,
@@ -12,7 +14,7 @@ pub struct Term {
 }
 
 /// A sum of terms.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Polynomial(pub Vec<Term>);
 
 impl Term {

@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::argument::AngleUnit;
 use super::expression::{Expression, Operator, Unary};
 use super::ids::{InputId, ParameterId};
-use super::model::{Contact, Joint, SourceModel, Spring, Tunable};
+use super::model::{Contact, Joint, SourceModel, Spring};
+use super::tunable::Tunable;
 use super::units::{
     ACCELERATION, ANGLE, CUBIC_STIFFNESS, DAMPING, DENSITY, Dimension, FORCE, LINEAR_STIFFNESS,
     NUMBER, SLOWNESS, STIFFNESS, TORQUE,

@@ -267,6 +267,30 @@ impl Topology {
         names
     }
 
+    /// Returns what is different in the structure of another topology of the same bodies and joints: the tree, the kinds
+    /// of loops, ranks and mobility. Lengths and angles are not part of it.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let tree = |it: &Self| {
+            let nodes = it.nodes.iter().chain(&it.copies);
+            nodes.map(|node| (node.connection, node.body, node.parent)).collect::<Vec<_>>()
+        };
+        let cuts = |it: &Self| it.loops.iter().map(|it| it.joint).collect::<Vec<_>>();
+        if tree(self) != tree(other) || cuts(self) != cuts(other) {
+            return Some("other joints close the loops".to_owned());
+        }
+        for (index, (here, there)) in self.loops.iter().zip(&other.loops).enumerate() {
+            let kind = |it: &Loop| (std::mem::discriminant(&it.class), it.rank, it.mobility);
+            if kind(here) != kind(there) || here.rows != there.rows {
+                return Some(format!("loop {index} is {here} by default, and {there} there"));
+            }
+        }
+        let whole = |it: &Self| (it.rank, it.mobility);
+        (whole(self) != whole(other)).then(|| {
+            let [(_, here), (_, there)] = [self, other].map(whole);
+            format!("the mobility is {here} by default, and {there} there")
+        })
+    }
+
     /// Returns one line per loop: `loop 0: spherical, 9 equations, 3 independent, mobility 3`.
     pub fn summary_lines(&self) -> Vec<String> {
         self.loops.iter().enumerate().map(|(i, l)| format!("loop {i}: {l}")).collect()

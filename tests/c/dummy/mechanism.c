@@ -54,10 +54,11 @@ static void write_end(const real *q, const real *u, real place[2], real jacobian
     }
 }
 
-void closure_of(const real *q, real *residual, real *jacobian)
+void closure_of(const real *q, const parameters *p, real *residual, real *jacobian)
 {
     static const real still[SPEEDS] = { 0 };
     real place[2], rows[2][SPEEDS], change[2];
+    (void)p;
     write_end(q, still, place, rows, change);
     fill(residual, 0, LOOP_RESIDUALS);
     fill(jacobian, 0, LOOP_RESIDUALS * SPEEDS);
@@ -171,7 +172,7 @@ int main(void)
 #if LOOPS > 0
     {
         real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * SPEEDS];
-        closure_of(q, residual, jacobian);
+        closure_of(q, &p, residual, jacobian);
         open = largest_magnitude(residual, LOOP_RESIDUALS);
     }
 #endif

@@ -99,7 +99,7 @@ void equations_of(real t, const real *q, const real *u, const parameters *p, con
     real *forcing);
 #endif
 #if LOOPS > 0
-void closure_of(const real *q, real *residual, real *jacobian);
+void closure_of(const real *q, const parameters *p, real *residual, real *jacobian);
 #endif
 #if DRIVES > 0
 extern const int driven[DRIVES];

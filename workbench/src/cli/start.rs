@@ -1,6 +1,7 @@
 //! Options of all commands that evaluate a model: its parameters and inputs, and the initial
 //! configuration.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 use clap::Args;
@@ -74,7 +75,7 @@ impl Start {
         let locks = self.locks(released)?;
         let prescribed = self.input.iter().map(|setting| named(setting, INPUT));
         let prescribed = prescribed.collect::<Result<Vec<_>, _>>()?;
-        load_edited(&self.model, self.derivation, |model| {
+        let compiled = load_edited(&self.model, self.derivation, |model| {
             change(model);
             let functions = prescribed.iter().filter(|(_, text)| read_quantity(text).is_none());
             functions.into_iter().try_for_each(|(name, text)| model.prescribe(name, text))?;
@@ -87,7 +88,26 @@ impl Start {
                 }
             }
             Ok(())
-        })
+        })?;
+        self.drawn(compiled)
+    }
+
+    /// The mechanism with the drawing that the parameters give.
+    fn drawn(&self, mut compiled: Compiled) -> Result<Compiled, Failed> {
+        if compiled.model.is_some() && !self.set.is_empty() {
+            let known = &compiled.program.interface.parameters;
+            let mut values: Vec<f64> = known.iter().map(|known| known.value).collect();
+            for setting in &self.set {
+                let (name, text) = named(setting, SET)?;
+                // An unknown name is reported where the parameters are set.
+                if let Some(index) = known.iter().position(|known| known.name == name) {
+                    values[index] = quantity("--set", (name, text), &compiled.numbers)?;
+                }
+            }
+            let topology = compiled.topology_at(&values).map(Cow::into_owned);
+            compiled.topology = topology.map_err(|problems| located(&self.model, &problems))?;
+        }
+        Ok(compiled)
     }
 
     /// The joints to hold, but for what is released.
@@ -110,7 +130,7 @@ impl Start {
     pub fn system(&self, compiled: &Compiled) -> Result<Jit, Failed> {
         let mut system = Jit::new(&compiled.program);
         for setting in &self.set {
-            let (name, text) = named(setting, "--set k=0.02")?;
+            let (name, text) = named(setting, SET)?;
             let value = quantity("--set", (name, text), &compiled.numbers)?;
             system.set_parameter(name, value).map_err(fail)?;
         }
@@ -174,6 +194,7 @@ impl Start {
 }
 
 /// How options are written.
+const SET: &str = "--set k=0.02";
 const INPUT: &str = "--input motor=0.02";
 const INITIAL: &str = "--initial j0=30deg";
 const LOCK: &str = "--lock j0=30deg";

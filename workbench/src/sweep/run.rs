@@ -37,16 +37,25 @@ pub fn run<'q>(
     is_interrupted: &dyn Fn() -> bool,
 ) -> Option<Run> {
     let mut warnings = Vec::new();
-    let begun = begin(compiled, &mut system, guess, values, &mut |warning| warnings.push(warning));
+    let warn = &mut |warning| warnings.push(warning);
+    let begun = set(compiled, &mut system, guess, values, warn).and_then(|(topology, guess)| {
+        let state = start(&topology, &system, &Asked::of(&system, &guess), warn)?;
+        Ok((topology, state))
+    });
+    let (topology, begun) = match begun {
+        Ok((topology, state)) => (topology, Ok(state)),
+        Err(reason) => (Cow::Borrowed(&compiled.topology), Err(reason)),
+    };
+    let mechanism = &topology.mechanism;
     let outcome = match (begun, task) {
         (Err(reason), _) => Err(reason),
         (Ok(state), Task::Equilibrium { end, energy, frequencies }) => {
             let recorded = [*end, *energy, *frequencies];
-            at_rest(compiled, system, state, recorded, &mut warnings)
+            at_rest(mechanism, system, state, recorded, &mut warnings)
                 .map_err(|error| describe(&error, &compiled.program.interface))
         }
         (Ok(state), Task::Simulate(task)) => {
-            match simulate(compiled, system, state, task, &mut warnings, is_interrupted) {
+            match simulate(mechanism, system, state, task, &mut warnings, is_interrupted) {
                 Ok(cells) => Ok(cells?),
                 Err(reason) => Err(reason),
             }
@@ -118,14 +127,14 @@ fn points(interface: &Interface) -> impl Iterator<Item = Column> {
     interface.points.iter().flat_map(move |point| ["x", "y", "z"].map(|axis| named(point, axis)))
 }
 
-/// Sets the values, and finds the closed state in which the run starts.
-fn begin<'q>(
-    compiled: &Compiled,
+/// Sets the values: the topology with these, and the joints whose guess is given.
+fn set<'q, 'c>(
+    compiled: &'c Compiled,
     system: &mut Jit,
     guess: &[(usize, f64)],
     values: impl Iterator<Item = (&'q Quantity, f64)>,
     warn: &mut dyn FnMut(String),
-) -> Result<Sample, String> {
+) -> Result<(Cow<'c, Topology>, Vec<(usize, f64)>), String> {
     let interface = &compiled.program.interface;
     let known = verdicts(&compiled.topology.mechanism, system.parameters());
     let mut inputs = system.inputs().to_vec();
@@ -144,14 +153,15 @@ fn begin<'q>(
         }
     }
     system.set_inputs(&inputs);
-    for verdict in verdicts(&compiled.topology.mechanism, system.parameters()) {
+    let topology = compiled.topology_at(system.parameters()).map_err(|error| error.to_string())?;
+    for verdict in verdicts(&topology.mechanism, system.parameters()) {
         match verdict.severity {
             Severity::Error => return Err(verdict.to_string()),
             Severity::Warning if !known.contains(&verdict) => warn(verdict.to_string()),
             Severity::Warning | Severity::Note => {}
         }
     }
-    start(&compiled.topology, system, &Asked::of(system, &guess), warn)
+    Ok((topology, guess))
 }
 
 /// The states of a motion at its samples.
@@ -161,15 +171,15 @@ struct Course {
 }
 
 fn simulate(
-    compiled: &Compiled,
+    mechanism: &Mechanism,
     system: Jit,
     mut state: Sample,
     task: &Simulate,
     warnings: &mut Vec<String>,
     is_interrupted: &dyn Fn() -> bool,
 ) -> Result<Option<Vec<Cell>>, String> {
-    let interface = &compiled.program.interface;
-    let failure = |error: &Error| describe(error, interface);
+    let interface = system.interface().clone();
+    let failure = |error: &Error| describe(error, &interface);
     let times = sample_times(&system, task.settings.duration, task.rate);
     let times = times.map_err(|error| error.to_string())?;
     warnings.extend(unfold(&system, &mut state).map(|fold| fold.warning("an initial angle")));
@@ -185,7 +195,6 @@ fn simulate(
     let steps = simulation.steps();
     let course = Course { samples, steps: steps.explicit + steps.implicit };
     let moved = course.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
-    let mechanism = &compiled.topology.mechanism;
     let beyond = excursions(mechanism, system.parameters(), system.inputs(), moved);
     warnings.extend(beyond.iter().map(ToString::to_string));
     course.cells(&system, task).map(Some).map_err(|error| failure(&error))
@@ -260,13 +269,13 @@ impl Course {
 
 /// The cells of a state of rest.
 fn at_rest(
-    compiled: &Compiled,
+    mechanism: &Mechanism,
     system: Jit,
     state: Sample,
     [end, energy, frequencies]: [bool; 3],
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Cell>, Error> {
-    let rest = Rest::new(&compiled.topology.mechanism, system, state)?;
+    let rest = Rest::new(mechanism, system, state)?;
     warnings.extend(rest.motions.warnings.iter().cloned());
     let mut cells = Vec::new();
     if end {

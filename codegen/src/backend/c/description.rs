@@ -85,23 +85,27 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("upper", &interface.name.to_ascii_uppercase());
     context.insert("source_name", &comment(&interface.source_name));
     context.insert("source_hash", &interface.source_hash);
-    let name = &interface.name;
     let scalar = if real == Real::Float { " --scalar f32" } else { "" };
     let functions = program.option();
+    let name = &interface.name;
     let flags = format!("{scalar}{functions} --c {name}.c --header {name}.h{}", cuts(interface));
     context.insert("flags", &flags);
-    context.insert("drawn", &interface.drawn);
     context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
-    context.insert("coordinates", &interface.coordinates());
-    context.insert("speeds", &interface.speeds());
-    // C has no arrays without entries.
-    context.insert("pins", &interface.joints.len().max(1));
+    for (name, count) in [
+        ("coordinates", interface.coordinates()),
+        ("speeds", interface.speeds()),
+        // C has no arrays without entries.
+        ("pins", interface.joints.len().max(1)),
+        ("rows", interface.rows),
+        ("residuals", 9 * interface.loops.len()),
+        ("drives", interface.driven().len()),
+        ("drawn", interface.drawn),
+    ] {
+        context.insert(name, &count);
+    }
     context.insert("free_bodies", &free_bodies(interface));
-    context.insert("rows", &interface.rows);
-    context.insert("residuals", &(9 * interface.loops.len()));
-    context.insert("drives", &interface.driven().len());
     let bodies: Vec<&String> = interface.bodies.iter().map(|body| &body.name).collect();
     context.insert("bodies", &bodies);
     context.insert("points", &interface.points);

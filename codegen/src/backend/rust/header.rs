@@ -34,10 +34,10 @@ pub fn header(program: &Program, options: &Options) -> String {
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
     let cost = |f: &Function| Cost { name: f.kind.name(), cost: f.cost().to_string() };
-    // Only mechanisms with contacts have gaps.
+    // Only mechanisms with contacts have gaps, and only some drawings have parameters.
+    let is_rare = |kind| matches!(kind, FunctionKind::Gaps | FunctionKind::Drawing);
     let is_written = |f: &&Function| {
-        options.functions.contains(f.kind)
-            && (f.kind != FunctionKind::Gaps || !f.outputs.is_empty())
+        options.functions.contains(f.kind) && !(is_rare(f.kind) && f.outputs.is_empty())
     };
     let written = program.functions.iter().filter(is_written);
     context.insert("costs", &written.map(cost).collect::<Vec<_>>());

@@ -10,6 +10,7 @@ mod fused;
 mod header;
 mod implementation;
 mod items;
+mod mechanism;
 mod methods;
 mod sizes;
 mod straight_line;

@@ -36,12 +36,8 @@ fn beam_has_the_textbook_stiffness() {
     let mut pendulum = pendulum();
     pendulum.materials[0].youngs_modulus = Some(drawn(4.38327e9));
     pendulum.materials[0].thickness.value = 1.27e-4;
-    pendulum.joints[0].spring = Spring::Beam {
-        material: spanned(0),
-        length: drawn(1e-3),
-        width: drawn(20e-3),
-        gaps: None,
-    };
+    pendulum.joints[0].spring =
+        Spring::Beam { material: spanned(0), length: drawn(1e-3), width: drawn(20e-3), gaps: None };
     let stiffness = mechanism(&pendulum).joints[0].stiffness.as_number().unwrap();
     // 4.38327e9 * 0.02 * 1.27e-4^3 / 12 / 1e-3 in rational arithmetic.
     assert!((stiffness / 0.01496435958735 - 1.0).abs() < 1e-13, "{stiffness}");
@@ -50,7 +46,8 @@ fn beam_has_the_textbook_stiffness() {
 #[test]
 fn tunable_constants_become_parameters_after_the_declared_ones() {
     let mut pendulum = pendulum();
-    pendulum.parameters = vec![Parameter { name: named("k"), value: 2.0, dimension: None, range: None }];
+    pendulum.parameters =
+        vec![Parameter { name: named("k"), value: 2.0, dimension: None, range: None }];
     pendulum.joints[0].spring = Spring::Stiffness(spanned(Expression::Parameter(ParameterId(0))));
     pendulum.joints[0].damping = spanned(Expression::Number(0.25));
     pendulum.tunable =

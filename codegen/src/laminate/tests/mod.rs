@@ -7,8 +7,8 @@ mod refusals;
 
 use super::{Mechanism, build};
 use crate::source::{
-    Body, BodyId, Diagnostics, Drawn, Expression, Joint, Material, Plate, PointMass, Shape, SourceModel,
-    Span, Spanned, Spring,
+    Body, BodyId, Diagnostics, Drawn, Expression, Joint, Material, Plate, PointMass, Shape,
+    SourceModel, Span, Spanned, Spring,
 };
 
 pub fn spanned<T>(value: T) -> Spanned<T> {

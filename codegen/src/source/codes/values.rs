@@ -38,6 +38,10 @@ codes! {
         "A number of the drawing depends on a parameter, and something needs it to be constant: the air, the \
          outline of a contact's plane, the `tolerance` of hinge lines, a `pattern`, or corners of plates with several formulas."
         "Give the number itself, or remove what needs it.";
+    CHANGED_STRUCTURE "changed-structure"
+        "The drawing depends on parameters, and for some of their values it is impossible, or its loops are of \
+         another kind than by default."
+        "Make the `range` of the parameter smaller, or correct the formulas of the drawing.";
     OUTSIDE_RANGE "outside-range"
         "The value of a parameter is not in its `range`."
         "Widen the range, or choose another value.";

@@ -62,7 +62,11 @@ impl Lowering<'_> {
     }
 
     /// Reads points of the drawing, whose decimals determine the tolerance.
-    pub(super) fn drawn_points(&mut self, list: &Node, nodes: &[Node]) -> Option<Drawn<Vec<[f64; 2]>>> {
+    pub(super) fn drawn_points(
+        &mut self,
+        list: &Node,
+        nodes: &[Node],
+    ) -> Option<Drawn<Vec<[f64; 2]>>> {
         let read: Vec<_> = nodes.iter().map(|node| self.drawn_point(node)).collect();
         let read: Vec<_> = read.into_iter().collect::<Option<_>>()?;
         let formulas = read.iter().enumerate().flat_map(|(row, (_, formulas))| {

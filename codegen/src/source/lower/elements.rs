@@ -8,7 +8,7 @@ use crate::source::expression::Expression;
 use crate::source::fields::{Fields, array, items};
 use crate::source::ids::{JointId, PointId};
 use crate::source::model::Point;
-use crate::source::schema::{BAND, MOTOR, TENDON, TWIST, FIXED_VERTEX};
+use crate::source::schema::{BAND, FIXED_VERTEX, MOTOR, TENDON, TWIST};
 use crate::source::yaml::{Entry, Node, shorten};
 
 use super::Lowering;

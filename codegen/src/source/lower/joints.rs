@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use crate::arithmetic::hypot;
 use crate::source::codes;
-use crate::source::drawn::Drawn;
 use crate::source::diagnostic::{Diagnostic, Spanned};
+use crate::source::drawn::Drawn;
 use crate::source::expression::Expression;
 use crate::source::fields::{Fields, array};
 use crate::source::formula::number;

@@ -9,7 +9,7 @@ use super::argument::AngleUnit;
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::fields::Fields;
-use super::model::{MAX_HINGES, Parameter, SourceModel};
+use super::model::{Joint, MAX_HINGES, Parameter, SourceModel};
 use super::rounding::Decimals;
 use super::schema;
 use super::units::{self, Unit};
@@ -154,11 +154,34 @@ impl Lowering<'_> {
         if let Some(pattern) = &pattern {
             pattern.add(&mut model, &mut self.diagnostics)?;
         }
-        model.tolerance = match (tolerance, &pattern) {
+        let moving = model.joints.iter().find(|it| !(it.axis.is_fixed() && it.z.is_fixed()));
+        model.tolerance = match (tolerance.clone(), &pattern) {
+            (None, _) if moving.is_some() => 0.0,
             (None, Some(pattern)) => pattern.tolerance(),
             (given, _) => self.tolerance(given, &model.bodies, &model.joints)?,
         };
+        self.refuse_moving_lines(tolerance, moving, model.tolerance);
         Some(model)
+    }
+
+    /// Reports hinge lines that depend on parameters and shall be moved because they are rounded.
+    fn refuse_moving_lines(
+        &mut self,
+        given: Option<Spanned<f64>>,
+        moving: Option<&Joint>,
+        tolerance: f64,
+    ) {
+        if let (Some(given), Some(joint)) = (given.filter(|_| tolerance > 0.0), moving) {
+            let name = &joint.name.value;
+            let message = format!("the hinge line of `{name}` depends on parameters");
+            let error = Diagnostic::error(codes::NOT_PARAMETRIC, joint.axis.span, message);
+            self.note(
+                error
+                    .label("a formula is exact")
+                    .also(given.span, "hinge lines are moved by up to this")
+                    .hint("remove `tolerance`: it is 0 where hinge lines have formulas"),
+            );
+        }
     }
 
     /// Reports a model without a fixed or free body, or without joints and free bodies. A pattern that could

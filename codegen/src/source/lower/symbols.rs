@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::{Fields, array, items};
-use crate::source::model::{Parameter, Tunable};
+use crate::source::model::Parameter;
 use crate::source::names::{self, Kind, hint};
 use crate::source::schema::PARAMETER;
+use crate::source::tunable::Tunable;
 use crate::source::units::Dimension;
 use crate::source::yaml::{Content, Entry, Node, shorten};
 
@@ -43,12 +44,15 @@ impl Lowering<'_> {
         let form = parameter.expected("range").form();
         let nodes: &[Node; 2] = array(node, form, &mut self.diagnostics)?;
         let ends = nodes.each_ref().map(|node| self.parameter_value(node));
-        let ([Some(low), Some(high)], Some((value, dimension))) = (ends, value) else { return None };
+        let ([Some(low), Some(high)], Some((value, dimension))) = (ends, value) else {
+            return None;
+        };
         for (end, node) in [low, high].into_iter().zip(nodes) {
             if let (Some(found), expected) = (end.1, dimension)
                 && expected != Some(found)
             {
-                let expected = expected.map_or("a number without a unit".into(), |it| it.to_string());
+                let expected =
+                    expected.map_or("a number without a unit".into(), |it| it.to_string());
                 let message = format!("expected {expected}, found {found}");
                 let error = Diagnostic::error(codes::WRONG_DIMENSION, node.span, message);
                 self.note(error.hint("`value` and `range` have the same unit"));

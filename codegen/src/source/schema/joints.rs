@@ -2,9 +2,7 @@
 
 use super::parts::{DRAWN_LENGTH, HINGES, NO_MOTION, VERTEX};
 use super::{Key, Mapping, Presence, Range, Uses, Value, key, optional, required};
-use crate::source::units::{
-    ANGLE, ANGULAR_SPEED, CUBIC_STIFFNESS, DAMPING, STIFFNESS, TORQUE,
-};
+use crate::source::units::{ANGLE, ANGULAR_SPEED, CUBIC_STIFFNESS, DAMPING, STIFFNESS, TORQUE};
 
 const PRESCRIBED: Uses = Uses::Constants(
     "a prescribed angle is a function of t, parameters and inputs; write a formula with q and u \

@@ -4,8 +4,8 @@
 //! and what a formula may depend on. The reference page and the JSON Schema are generated from the
 //! same tables, so the three always agree.
 
-use super::model::Tunable;
 pub use super::names::{Kind, reserved_names};
+use super::tunable::Tunable;
 pub use super::units::{FREQUENCY, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all_units, units_of};
 
 mod contacts;

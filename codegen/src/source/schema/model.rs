@@ -250,11 +250,7 @@ pub static PARAMETER: Mapping = Mapping {
         required("value", Value::Parameter, "40 mm", "The default."),
         optional(
             "range",
-            Value::Array {
-                of: &Value::Parameter,
-                length: 2,
-                form: "`[smallest, largest]`",
-            },
+            Value::Array { of: &Value::Parameter, length: 2, form: "`[smallest, largest]`" },
             "the parameter is checked near its default only",
             "[30 mm, 60 mm]",
             "The values for which the model has to hold. Others are refused.",

@@ -14,8 +14,7 @@ pub(super) const NO_MOTION: Uses = Uses::Constants(
 /// A length of the drawing.
 pub(crate) const DRAWN_LENGTH: Value = Value::Formula(&LENGTH, Uses::Parameters);
 /// A point of the flat sheet.
-pub(crate) const VERTEX: Value =
-    Value::Array { of: &DRAWN_LENGTH, length: 2, form: "`[x, y]`" };
+pub(crate) const VERTEX: Value = Value::Array { of: &DRAWN_LENGTH, length: 2, form: "`[x, y]`" };
 /// A point of the flat sheet that is the same for all parameters.
 pub(crate) const FIXED_VERTEX: Value =
     Value::Array { of: &Value::Number(&LENGTH), length: 2, form: "`[x, y]`" };
@@ -26,8 +25,11 @@ pub(crate) const POSITION: Value =
 pub(crate) const RING: Value =
     Value::List { of: &VERTEX, items: [3, usize::MAX], form: "a list of vertices `[x, y]`" };
 /// A line without width.
-pub(crate) const SLIT: Value =
-    Value::Array { of: &FIXED_VERTEX, length: 2, form: "two points of the slit, `[[x, y], [x, y]]`" };
+pub(crate) const SLIT: Value = Value::Array {
+    of: &FIXED_VERTEX,
+    length: 2,
+    form: "two points of the slit, `[[x, y], [x, y]]`",
+};
 const HOLES: Value = Value::List { of: &RING, items: [0, usize::MAX], form: "a list of outlines" };
 /// The plates of one layer.
 pub(crate) const PLATES: Value = Value::List {
@@ -99,8 +101,14 @@ pub static BODY: Mapping = Mapping {
             "One list of plates for each layer of the `layup`, bottom to top. A layer without plates is \
              `[]`.",
         ),
-        key("mass", Value::Formula(&MASS, Uses::Parameters), Presence::Together, "1.5 g", "The mass.")
-            .range(Range::Positive),
+        key(
+            "mass",
+            Value::Formula(&MASS, Uses::Parameters),
+            Presence::Together,
+            "1.5 g",
+            "The mass.",
+        )
+        .range(Range::Positive),
         key(
             "com",
             POSITION,
@@ -179,7 +187,8 @@ pub static POINT_MASS: Mapping = Mapping {
     path: "bodies.<body>.point_masses[]",
     doc: "A mass without extent.",
     keys: &[
-        required("mass", Value::Formula(&MASS, Uses::Parameters), "0.5 g", "The mass.").range(Range::Positive),
+        required("mass", Value::Formula(&MASS, Uses::Parameters), "0.5 g", "The mass.")
+            .range(Range::Positive),
         required("at", POSITION, "[20, 10, 1]", "Its position in the flat sheet."),
     ],
     choices: &[],
