@@ -54,7 +54,11 @@ pub fn check(model: &SourceModel, topology: &Topology) -> Result<(), Diagnostics
 ///
 /// # Errors
 /// Returns an error if the model is not possible there, or differs in structure from `topology`.
-pub fn at(model: &SourceModel, topology: &Topology, values: &[f64]) -> Result<Topology, Diagnostics> {
+pub fn at(
+    model: &SourceModel,
+    topology: &Topology,
+    values: &[f64],
+) -> Result<Topology, Diagnostics> {
     for (parameter, value) in model.parameters.iter().zip(values) {
         if let Some(range) = &parameter.range
             && !(range.value[0]..=range.value[1]).contains(value)
@@ -91,8 +95,8 @@ fn samples(count: usize) -> Vec<Vec<f64>> {
         };
         (0..count).map(|index| f64::from(u8::from(bit(index)))).collect()
     };
-    let between = (0..BETWEEN)
-        .map(|number| (0..count).map(|index| share(number * count + index)).collect());
+    let between =
+        (0..BETWEEN).map(|number| (0..count).map(|index| share(number * count + index)).collect());
     ends.chain(corners.map(corner)).chain(between).collect()
 }
 
@@ -157,12 +161,17 @@ fn located(
     let shown = |index: &usize| {
         let parameter = &model.parameters[*index];
         let unit = parameter.dimension.map_or(String::new(), |dimension| dimension.si_unit());
-        format!("`{}` = {}", parameter.name.value, format!("{} {unit}", rounded(values[*index])).trim())
+        format!(
+            "`{}` = {}",
+            parameter.name.value,
+            format!("{} {unit}", rounded(values[*index])).trim()
+        )
     };
     let place = moved.iter().map(shown).collect::<Vec<_>>().join(", ");
-    let span = moved.first().map(|index| &model.parameters[*index]).map(|parameter| {
-        parameter.range.as_ref().map_or(parameter.name.span, |range| range.span)
-    });
+    let span = moved
+        .first()
+        .map(|index| &model.parameters[*index])
+        .map(|parameter| parameter.range.as_ref().map_or(parameter.name.span, |range| range.span));
     let span = span.unwrap_or_default();
     let hint = "make the range smaller, or correct the formulas of the drawing";
     match change(model, topology, &values) {

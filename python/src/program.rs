@@ -1,5 +1,6 @@
 //! A compiled model with values for its parameters.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -27,7 +27,7 @@ materials:
   card: { density: 700, thickness: 0.4 }
   film: { density: 1380, thickness: 0.05, youngs_modulus: 4383 MPa }
 layup: [card, film, card]
-parameters: { k: 11.4 mN*m/rad }
+parameters: { k: 11.4 mN*m/rad, width: { value: 40 mm, range: [30 mm, 60 mm] } }
 inputs: [motor]
 bodies:
   base: { fixed: true }
@@ -373,6 +373,7 @@ fn pointer(mapping: &Mapping) -> &'static str {
     match mapping.name {
         "model" => "",
         "units" => "/units",
+        "parameter with a range" => "/parameters/width",
         "material" => "/materials/card",
         "body" => "/bodies/wall",
         "plate" => "/bodies/foot/layers/0/0",

@@ -33,7 +33,8 @@ impl Scope for Parameters<'_> {
     }
 
     fn symbols(&self) -> Vec<&str> {
-        self.0.parameters.iter().map(|parameter| parameter.name.value.as_str()).collect()
+        let names = self.0.parameters.iter().map(|parameter| parameter.name.value.as_str());
+        names.chain(["t"]).collect()
     }
 
     fn joint(&self, name: &str) -> Option<JointId> {

@@ -19,6 +19,15 @@ impl Visit for Evaluate<'_> {
     }
 }
 
+/// Puts numbers in place of formulas.
+struct Fix;
+
+impl Visit for Fix {
+    fn visit<T: Places>(&mut self, drawn: &mut Drawn<T>) {
+        drawn.formulas.clear();
+    }
+}
+
 /// Collects which parameters formulas contain.
 struct Used(Vec<bool>);
 
@@ -40,6 +49,13 @@ impl SourceModel {
             parameter.value = *value;
         }
         model.visit(&mut Evaluate(parameters));
+        model
+    }
+
+    /// Returns the model at these values, with numbers in place of the formulas of the drawing.
+    pub fn fixed_at(&self, parameters: &[f64]) -> Self {
+        let mut model = self.at(parameters);
+        model.visit(&mut Fix);
         model
     }
 

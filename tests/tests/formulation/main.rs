@@ -19,6 +19,7 @@ mod hinges;
 mod motions;
 mod near_flat;
 mod newton_euler;
+mod parameters;
 mod patterns;
 mod reference;
 mod regressions;

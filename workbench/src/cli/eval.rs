@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use lamc::laminate::{Mechanism, verdicts};
+use lamc::laminate::verdicts;
+use lamc::pipeline::Compiled;
 use lamc::source::Severity;
 use lamc_runtime::plumbing::{Balance, EquationsMut};
 use lamc_runtime::{Constraint, Error, Mechanism as _, acceleration_and_forces, project};
@@ -82,13 +83,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let given = given.map(|path| read_numbers(path, states)).transpose()?;
     let compiled = arguments.start.compile(&[])?;
     let system = arguments.start.system(&compiled)?;
-    let mechanism = &compiled.topology.mechanism;
     let mut reports = Vec::new();
     match (&arguments.states, given) {
         (Some(path), Some(states)) => {
             for (index, state) in states.iter().enumerate() {
                 // Parameters and inputs that a state sets apply to this state only.
-                let report = evaluate(mechanism, &mut system.clone(), state)
+                let report = evaluate(&compiled, &mut system.clone(), state)
                     .map_err(|problem| fail(format_args!("{path}: state {index}: {problem}")))?;
                 reports.push(report);
             }
@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         _ => {
             let state = arguments.start.assembled(&compiled, &system)?;
             let state = StateInput { q: state.q, u: Some(state.u), ..StateInput::default() };
-            reports.push(evaluate(mechanism, &mut system.clone(), &state).map_err(fail)?);
+            reports.push(evaluate(&compiled, &mut system.clone(), &state).map_err(fail)?);
         }
     }
     let interface = system.interface();
@@ -111,11 +111,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Sets the parameters and inputs of a state.
-fn set(mechanism: &Mechanism, system: &mut Jit, state: &StateInput) -> Result<(), String> {
+fn set(compiled: &Compiled, system: &mut Jit, state: &StateInput) -> Result<(), String> {
     for (name, &value) in &state.params {
         system.set_parameter(name, value).map_err(|error| format!("`params`: {error}"))?;
     }
-    let mut judged = verdicts(mechanism, system.parameters()).into_iter();
+    let topology = compiled.topology_at(system.parameters()).map_err(|wrong| wrong.to_string())?;
+    let mut judged = verdicts(&topology.mechanism, system.parameters()).into_iter();
     if let Some(wrong) = judged.find(|verdict| verdict.severity == Severity::Error) {
         return Err(wrong.to_string());
     }
@@ -172,13 +173,13 @@ fn solve(system: &Jit, state: &StateInput) -> Result<Solution, String> {
 }
 
 fn evaluate(
-    mechanism: &Mechanism,
+    compiled: &Compiled,
     system: &mut Jit,
     state: &StateInput,
 ) -> Result<StateReport, String> {
     let d = system.dimensions();
     let n = d.speeds;
-    set(mechanism, system, state)?;
+    set(compiled, system, state)?;
     let Solution { q, u, acceleration, lambda, constraint } = solve(system, state)?;
     let mut reactions = vec![0.0; 6 * d.joints];
     let multipliers = &lambda[..d.rows];

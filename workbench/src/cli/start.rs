@@ -16,7 +16,7 @@ use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::{self, Asked, allowed};
 
 use super::progress::Busy;
-use super::{Derivation, Failed, fail, load_edited, misused, warn};
+use super::{Derivation, Failed, fail, load_edited, misused, refused, warn};
 
 /// The model and its initial configuration.
 #[derive(Args)]
@@ -105,7 +105,7 @@ impl Start {
                 }
             }
             let topology = compiled.topology_at(&values).map(Cow::into_owned);
-            compiled.topology = topology.map_err(|problems| located(&self.model, &problems))?;
+            compiled.topology = topology.map_err(|problems| refused(&self.model, &problems))?;
         }
         Ok(compiled)
     }

@@ -1,10 +1,13 @@
 //! One run: from the values of a plan to the cells of a row.
 
+use std::borrow::Cow;
+
 use lamc::arithmetic::{larger, largest};
-use lamc::laminate::{excursions, verdicts};
+use lamc::laminate::{Mechanism, excursions, verdicts};
 use lamc::pipeline::Compiled;
 use lamc::program::Interface;
 use lamc::source::Severity;
+use lamc::topology::Topology;
 use lamc_runtime::free_body::extent;
 use lamc_runtime::{Error, Mechanism as _, State};
 

@@ -44,7 +44,7 @@ pub(super) struct Problem {
 pub(super) trait Scope {
     /// A name without prefix that is neither `pi` nor `t`.
     fn symbol(&self, name: &str) -> Option<Expression>;
-    /// Every name that [`Scope::symbol`] knows.
+    /// Every name that is allowed here, but for `pi`.
     fn symbols(&self) -> Vec<&str>;
     /// The joint of this name.
     fn joint(&self, name: &str) -> Option<JointId>;
@@ -338,7 +338,7 @@ impl<'t> Parser<'t> {
         } else if matches!(name, "q" | "u") {
             Some(format!("write `{name}.` and the joint's name"))
         } else {
-            let known = || self.scope.symbols().into_iter().chain(["t", "pi"]).collect();
+            let known = || self.scope.symbols().into_iter().chain(["pi"]).collect();
             self.hint(name, known, "names an expression may use")
         };
         self.problems.push(problem);

@@ -19,7 +19,7 @@ impl Scope for Names {
         }
     }
     fn symbols(&self) -> Vec<&str> {
-        vec!["k", "motor"]
+        vec!["k", "motor", "t"]
     }
     fn joint(&self, name: &str) -> Option<JointId> {
         (name == "knee").then_some(JointId(0))

@@ -31,7 +31,13 @@ impl Scope for Symbols<'_> {
     }
 
     fn symbols(&self) -> Vec<&str> {
-        self.names.parameters.names().chain(self.names.inputs.names()).collect()
+        let parameters = self.names.parameters.names();
+        match self.uses {
+            Uses::Parameters => parameters.collect(),
+            Uses::Motion | Uses::Constants(_) => {
+                parameters.chain(self.names.inputs.names()).chain(["t"]).collect()
+            }
+        }
     }
 
     fn joint(&self, name: &str) -> Option<JointId> {
