@@ -26,6 +26,9 @@ use crate::topology::Topology;
 /// Entries of J up to which its rows are reduced one by one although independent speeds are known.
 const MOST_ROW_ENTRIES: usize = 600;
 
+/// Joints of a tree on free bodies up to which the reduction is tried: its cost grows as their third power.
+const MOST_FREE_JOINTS: usize = 12;
+
 /// The reason why no equations could be derived.
 #[derive(Debug, thiserror::Error)]
 pub enum DeriveError {
@@ -132,10 +135,13 @@ fn defined(binder: &mut Binder) -> Result<(), Diagnostics> {
     if problems.has_errors() { Err(problems) } else { Ok(()) }
 }
 
-/// Derives the solution for independent speeds, for mechanisms of several loops.
+/// Derives the solution for independent speeds, for mechanisms of several loops or with free bodies.
 fn reduced(binder: &mut Binder, phases: &Phases) -> Option<Reduced> {
     let topology = binder.topology();
-    let reduction = topology.reduction.as_ref().filter(|_| topology.loops.len() > 1)?;
+    let mechanism = &topology.mechanism;
+    let is_small = mechanism.joints.len() <= MOST_FREE_JOINTS || !topology.loops.is_empty();
+    let suits = topology.loops.len() > 1 || (!mechanism.free.is_empty() && is_small);
+    let reduction = topology.reduction.as_ref().filter(|_| suits)?;
     let reduced = IndependentSpeeds::new(binder, phases, reduction);
     Some(Reduced {
         accelerations: binder.trees(&reduced.accelerations),
