@@ -19,9 +19,9 @@ use super::loads::Loads;
 use super::mass::MassMatrix;
 use super::momentum::Momentum;
 use super::outputs::Outputs;
-use crate::source::Diagnostics;
+use crate::source::{Diagnostics, JointId};
 use crate::symbolic::{self, Algebra, Expr, SessionError};
-use crate::topology::Topology;
+use crate::topology::{Reduction, Topology};
 
 /// Entries of J up to which its rows are reduced one by one although independent speeds are known.
 const MOST_ROW_ENTRIES: usize = 600;
@@ -139,10 +139,20 @@ fn defined(binder: &mut Binder) -> Result<(), Diagnostics> {
 fn reduced(binder: &mut Binder, phases: &Phases) -> Option<Reduced> {
     let topology = binder.topology();
     let mechanism = &topology.mechanism;
-    let is_small = mechanism.joints.len() <= MOST_FREE_JOINTS || !topology.loops.is_empty();
-    let suits = topology.loops.len() > 1 || (!mechanism.free.is_empty() && is_small);
-    let reduction = topology.reduction.as_ref().filter(|_| suits)?;
-    let reduced = IndependentSpeeds::new(binder, phases, reduction);
+    let has_free = !mechanism.free.is_empty();
+    let reduced = if topology.loops.is_empty() {
+        let joints = mechanism.joints.len();
+        if !has_free || joints > MOST_FREE_JOINTS {
+            return None;
+        }
+        // Without loops every joint is independent.
+        let independent = (0..joints).map(JointId).collect();
+        IndependentSpeeds::new(binder, phases, &Reduction { independent, pivots: Vec::new() })
+    } else {
+        let suits = has_free || topology.loops.len() > 1;
+        let reduction = topology.reduction.as_ref().filter(|_| suits)?;
+        IndependentSpeeds::new(binder, phases, reduction)
+    };
     Some(Reduced {
         accelerations: binder.trees(&reduced.accelerations),
         positions: binder.trees(&reduced.positions),
