@@ -3,7 +3,7 @@
 //! The loops have no part in how a free body moves, so that N has rows of joints only. The unknowns of a free
 //! body are the accelerations alpha and a' = a - A^T g of its frame's origin, in the frame. With the mass m, first
 //! moment h and I of the composite, the momenta (f_k, n_k) of the columns of N, and the loads (f, n) and tau at
-//! alpha = a' = y = 0:
+//! alpha = a' = y = 0, less M p:
 //!
 //! ```text
 //! m a' + alpha x h + sum_k f_k y_k = f        h x a' + I alpha + sum_k n_k y_k = n
@@ -107,20 +107,28 @@ impl<'k> FreeInertia<'k> {
         Self { roots, momenta, products, factor: Factor::new(binder, entries) }
     }
 
-    /// Solves for the loads N^T tau of the joints and, by node, those on the free bodies with all that hangs on
-    /// them.
+    /// Solves for y and the accelerations of the free bodies, where the joints have `given` accelerations p in
+    /// addition, for the loads N^T tau of the joints and, by node, those on the free bodies with all that hangs
+    /// on them.
     pub fn solve(
         &self,
         binder: &mut Binder,
+        given: &[Expr],
         mut joints: Vec<Expr>,
         loads: impl Fn(NodeId) -> Wrench,
         name: &str,
     ) -> Solution {
         let phase = Phase::IndependentAcceleration;
+        // Loads do not wait for p, which comes after the elimination of the closure.
+        for (joint, taken) in joints.iter_mut().zip(transposed(&self.products, given)) {
+            *joint = &*joint - &taken;
+        }
         let mut right = Vec::new();
         let mut falls = Vec::new();
         for root in &self.roots {
-            let Wrench { force, moment } = loads(root.node);
+            let load = binder.wrench(root.node, phase, &format!("{name}_load"), loads(root.node));
+            let Wrench { force, moment } = load.minus(&self.momentum(root.node, given));
+            let force = binder.vector(root.node, phase, &format!("{name}_force"), force);
             let fall = scale(&root.inverse_mass, &force);
             let fall = binder.vector(root.node, phase, &format!("{name}_fall"), fall);
             right.extend(sub(&moment, &cross(&root.centre, &force)));
@@ -145,18 +153,14 @@ impl<'k> FreeInertia<'k> {
         Solution { joints, roots }
     }
 
-    /// Solves for the momenta of given speeds of the joints.
-    pub fn along(&self, binder: &mut Binder, speeds: &[Expr], name: &str) -> Solution {
-        let joints = transposed(&self.products, speeds);
-        let loads = |node: NodeId| {
-            let momenta = self.momenta.iter().zip(speeds);
-            let own = momenta.filter_map(|(momentum, u)| {
-                let (root, momentum) = momentum.as_ref()?;
-                (*root == node).then(|| momentum.times(u))
-            });
-            own.fold(Wrench::zero(), |sum, momentum| sum.plus(&momentum))
-        };
-        self.solve(binder, joints, loads, name)
+    /// Returns the momentum of the joints that hang on a free body at given speeds.
+    fn momentum(&self, node: NodeId, speeds: &[Expr]) -> Wrench {
+        let joints = self.momenta.iter().zip(speeds);
+        let own = joints.filter_map(|(momentum, u)| {
+            let (root, momentum) = momentum.as_ref()?;
+            (*root == node && !u.is_zero()).then(|| momentum.times(u))
+        });
+        own.fold(Wrench::zero(), |sum, momentum| sum.plus(&momentum))
     }
 
     /// Returns, with their places in u, the accelerations of the free bodies' centres and their angular

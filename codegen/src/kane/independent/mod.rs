@@ -107,10 +107,11 @@ impl IndependentSpeeds {
         let inertias = Inertias::of_whole_bodies(binder, frames);
         let inertia = FreeInertia::new(binder, kinematics, &inertias, table);
         let given = elimination.solve(binder, &opening(closure), "given");
-        let (forces, beyond) = imbalance(binder, phases, &inertias, given.clone());
+        let at_rest = vec![Expr::zero(); given.len()];
+        let (forces, beyond) = imbalance(binder, phases, &inertias, at_rest);
         let reduced = transposed(table, &forces);
         let on_root = |node: NodeId| beyond[node.index()].clone();
-        let solution = inertia.solve(binder, reduced, on_root, "independent");
+        let solution = inertia.solve(binder, &given, reduced, on_root, "independent");
         let mut accelerations =
             elimination.combined(binder, &given, &solution.joints, "acceleration", 1.0);
         let bias = |node, free: &Free| kinematics.motion(node).relative_acceleration(&free.centre);
@@ -123,13 +124,13 @@ impl IndependentSpeeds {
         let inertia = FreeInertia::new(binder, kinematics, shared, table);
         let mut correct = |wanted: &[Expr], name: &str| {
             let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
-            let solution = inertia.along(binder, &given, &format!("along_{name}"));
+            let none = vec![Expr::zero(); table.first().map_or(0, Vec::len)];
+            let along = format!("along_{name}");
+            let solution = inertia.solve(binder, &given, none, |_| Wrench::zero(), &along);
             let name = format!("correction_{name}");
-            let mut correction =
-                elimination.combined(binder, &given, &solution.joints, &name, -1.0);
+            let mut correction = elimination.combined(binder, &given, &solution.joints, &name, 1.0);
             for (first, [linear, alpha]) in inertia.accelerations(&solution, |_, _| zero()) {
-                let moved = linear.iter().chain(&alpha).map(|x| -x);
-                correction.splice(first..first + SPEEDS, moved);
+                correction.splice(first..first + SPEEDS, linear.into_iter().chain(alpha));
             }
             correction
         };
