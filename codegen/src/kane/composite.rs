@@ -76,7 +76,7 @@ impl Composites {
                     let entry = if row == speed { &entry + &link.rotor } else { entry };
                     let name =
                         format!("mass_{}_{}", binder.speed_name(row), binder.speed_name(speed));
-                    let section = Section::body(link.node, Phase::MassMatrix);
+                    let section = Section::body(at.node, Phase::MassMatrix);
                     let entry = binder.bind(section, name, entry);
                     self.joints[row][speed] = entry.clone();
                     self.joints[speed][row] = entry;

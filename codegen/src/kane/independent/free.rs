@@ -146,7 +146,7 @@ impl<'k> FreeInertia<'k> {
             let a = add(&fall, &cross(&root.centre, &alpha));
             let pairs = root.specific.iter().zip(&joints);
             let a = pairs.fold(a, |a, (specific, y)| sub(&a, &scale(y, specific)));
-            let a = binder.vector(root.node, phase, &format!("{name}_origin"), a);
+            let a = binder.vector(root.node, Phase::Combination, &format!("{name}_origin"), a);
             [alpha, a]
         });
         let roots = roots.collect();
