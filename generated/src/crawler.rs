@@ -4633,6 +4633,9 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             + force_z_belly_chin_left + (force_z_belly_chin_right + (force_z_belly_tail_left
             + mul_add(c(-MINIMAL_FIRST_MOMENT_HULL_X), omega_hull_xz,
             minus_gradient_hull_zz * c(-MINIMAL_FIRST_MOMENT_HULL_Z)))));
+        // hull: independent accelerations: N^T M N y = N^T (f - M p)
+        let independent_fall_hull_x = c(INVERSE_MASS_HULL) * balance_force_hull_x;
+        let independent_fall_hull_z = c(INVERSE_MASS_HULL) * balance_force_hull_z;
         // hand: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let apparent_gravity_in_parent_hand_x = mul_add(c(-OFFSET_HAND_Y), gradient_arm_xy,
             minus_velocity_product_arm_x);
@@ -4772,11 +4775,6 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             mul_add(-inertia_elbow_force_in_parent_arm_z, velocity_by_1_hull_z,
             c(MASS_ELBOW_ELBOW)))));
         let inverse_inertia_4 = c(1.0) / inertia_4_4;
-        // mechanism: margin of the elimination: its smallest pivot, its largest entry of N
-        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
-        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
-        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
-        let inverse_inertia_to_4 = S::min(inverse_inertia_to_3, inverse_inertia_4);
         // mechanism: independent accelerations: N^T M N y = N^T (f - M p)
         let reduced_independent_0_sum = mul_add(c(-CONTACT_POINT_HULL_Y), force_z_belly_chin_right,
             mul_add(c(CONTACT_POINT_HULL_Y), force_z_belly_tail_left,
@@ -4811,8 +4809,6 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
         let reduced_independent_2 = mul_add(minus_lower_2_0, reduced_independent_0,
             mul_add(cos_shoulder, balance_moment_arm_z, mul_add(sin_shoulder, balance_moment_arm_y,
             reduced_independent_2_sum_2)));
-        let independent_fall_hull_x = c(INVERSE_MASS) * balance_force_hull_x;
-        let independent_fall_hull_z = c(INVERSE_MASS) * balance_force_hull_z;
         let reduced_independent_3 = mul_add(-lower_3_1, reduced_independent_1,
             mul_add(-inertia_shoulder_force_in_parent_arm_z, independent_fall_hull_z,
             mul_add(-inertia_shoulder_force_on_hinge_arm_y, independent_fall_hull_x,
@@ -4834,7 +4830,7 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             inverse_inertia_1 * reduced_independent_1));
         let independent_0 = mul_add(minus_lower_2_0, independent_2,
             inverse_inertia_0 * reduced_independent_0);
-        // hull: independent accelerations: N^T M N y = N^T (f - M p)
+        // hull: accelerations of all joints: du/dt = N y + p
         let independent_origin_hull_x = mul_add(-composite_centre_hull_z, independent_1,
             mul_add(-velocity_by_0_hull_x, independent_3, mul_add(-velocity_by_1_hull_x,
             independent_4, independent_fall_hull_x)));
@@ -4844,6 +4840,11 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
         let independent_origin_hull_z = mul_add(composite_centre_hull_x, independent_1,
             mul_add(-velocity_by_0_hull_z, independent_3, mul_add(-velocity_by_1_hull_z,
             independent_4, independent_fall_hull_z)));
+        // mechanism: margin of the elimination: its smallest pivot, its largest entry of N
+        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
+        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
+        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
+        let inverse_inertia_to_4 = S::min(inverse_inertia_to_3, inverse_inertia_4);
         acceleration[0] = independent_3;
         acceleration[1] = independent_4;
         acceleration[2] = mul_add(axis_z_hull_x, independent_origin_hull_z, mul_add(axis_y_hull_x,

@@ -3840,10 +3840,9 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             + mul_add(band_band_pull_0_left_z, band_band_tension, force_z_feet_left_back
             + (force_z_feet_left_front + mul_add(c(-MINIMAL_FIRST_MOMENT_LEFT_X), omega_left_xz,
             minus_gradient_left_zz * c(-MINIMAL_FIRST_MOMENT_LEFT_Z))));
-        // mechanism: margin of the elimination: its smallest pivot, its largest entry of N
-        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
-        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
-        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
+        // left: independent accelerations: N^T M N y = N^T (f - M p)
+        let independent_fall_left_x = c(INVERSE_MASS_LEFT) * balance_force_left_x;
+        let independent_fall_left_z = c(INVERSE_MASS_LEFT) * balance_force_left_z;
         // mechanism: independent accelerations: N^T M N y = N^T (f - M p)
         let reduced_independent_0_sum = mul_add(band_band_tension,
             c(POINT_HOOK_LEFT_Z) * band_band_pull_0_left_y, mul_add(c(BAND_BAND_DAMPING),
@@ -3877,8 +3876,6 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             c(POINT_HOOK_LEFT_X) * band_band_pull_0_left_y, reduced_independent_2_sum)));
         let reduced_independent_2 = mul_add(minus_lower_2_0, reduced_independent_0,
             reduced_independent_2_sum_2);
-        let independent_fall_left_x = c(INVERSE_MASS) * balance_force_left_x;
-        let independent_fall_left_z = c(INVERSE_MASS) * balance_force_left_z;
         let reduced_independent_3_sum = mul_add(-inertia_ridge_force_in_parent_right_z,
             independent_fall_left_z, mul_add(inertia_ridge_force_on_hinge_right_y,
             independent_fall_left_x, net_moment_right_x - mul_add(c(CUBIC_STIFFNESS_RIDGE),
@@ -3891,7 +3888,7 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             inverse_inertia_1 * reduced_independent_1);
         let independent_0 = mul_add(minus_lower_2_0, independent_2,
             inverse_inertia_0 * reduced_independent_0);
-        // left: independent accelerations: N^T M N y = N^T (f - M p)
+        // left: accelerations of all joints: du/dt = N y + p
         let independent_origin_left_x = mul_add(-composite_centre_left_z, independent_1,
             mul_add(minus_velocity_by_0_left_x, independent_3, independent_fall_left_x));
         let independent_origin_left_y = mul_add(composite_centre_left_z, independent_0,
@@ -3899,6 +3896,10 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             c(INVERSE_MASS_LEFT) * balance_force_left_y));
         let independent_origin_left_z = mul_add(composite_centre_left_x, independent_1,
             mul_add(-velocity_by_0_left_z, independent_3, independent_fall_left_z));
+        // mechanism: margin of the elimination: its smallest pivot, its largest entry of N
+        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
+        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
+        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
         acceleration[0] = independent_3;
         acceleration[1] = mul_add(axis_z_left_x, independent_origin_left_z, mul_add(axis_y_left_x,
             independent_origin_left_y, axis_x_left_x * independent_origin_left_x));
