@@ -25,7 +25,7 @@
 //   reactions: 443 operations: 203 add, 229 mul, 3 div, 2 sin_cos, 6 other
 //   momentum: 377 operations: 167 add, 207 mul, 1 div, 2 sin_cos, 0 other
 //   tangent: 1718 operations: 751 add, 902 mul, 24 div, 3 sin_cos, 38 other
-//   acceleration: 916 operations: 408 add, 458 mul, 17 div, 3 sin_cos, 30 other
+//   acceleration: 837 operations: 371 add, 421 mul, 15 div, 3 sin_cos, 27 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 
 /// NQ: coordinates: one angle per joint; then per free body its displacement (m) and its unit quaternion w x y z.
@@ -179,7 +179,7 @@ mod constants {
     pub const DAMPING_SHOULDER: f64 = 2e-5;
     pub const MOTOR_SHOULDER_VOLTAGE: f64 = 6.283185307179586;
     pub const MOTOR_SHOULDER_MAX_VOLTAGE: f64 = 3.7;
-    pub const INVERSE_MASS: f64 = 40.020650655738365;
+    pub const INVERSE_MASS: f64 = 40.02065065573836;
     // hull
     pub const MASS_HULL_TIMES_GRAVITY_Z: f64 = 0.163321785;
     pub const MASS_HULL: f64 = 0.0166485;
@@ -202,6 +202,7 @@ mod constants {
     pub const DRAWN_CENTRE_HULL_Z: f64 = 3.0018087215064417e-3;
     pub const CONTACT_POINT_HULL_X: f64 = 0.04153257050184701;
     pub const CONTACT_POINT_HULL_Y: f64 = 0.025;
+    pub const INVERSE_MASS_HULL: f64 = 40.02065065573836;
     // arm
     pub const MASS_ARM: f64 = 6.169300000000001e-3;
     pub const FIRST_MOMENT_ARM_Y: f64 = 6.996275000000002e-5;
@@ -224,6 +225,7 @@ mod constants {
     // hand
     pub const MASS_HAND: f64 = 2.1693000000000007e-3;
     pub const FIRST_MOMENT_HAND_Y: f64 = 3.796275000000002e-5;
+    pub const FIRST_MOMENT_HAND_Y_TIMES_OFFSET_HAND_Y: f64 = 1.3286962500000009e-6;
     pub const SECOND_MOMENT_HAND_XX: f64 = 2.892400000000001e-7;
     pub const SECOND_MOMENT_HAND_XX_PLUS_SECOND_MOMENT_HAND_ZZ: f64 = 2.8937254193750005e-7;
     pub const SECOND_MOMENT_HAND_XX_PLUS_SECOND_MOMENT_HAND_YY: f64 = 1.1750375000000007e-6;
@@ -232,22 +234,14 @@ mod constants {
     pub const SECOND_MOMENT_HAND_ZZ: f64 = 1.3254193749997812e-10;
     pub const HALF_ROTOR_INERTIA_HAND: f64 = 1e-6;
     pub const OFFSET_HAND_Y: f64 = 0.035;
-    pub const OFFSET_HAND_Y_TIMES_PIVOT_ROW_FORCE_HAND_Z: f64 = 0.46040487145972747;
     pub const CONTACT_POINT_HAND_X: f64 = 0.02;
     pub const MASS_ELBOW_ELBOW: f64 = 2.8859300419375005e-6;
     pub const ARTICULATED_INERTIA_HAND_XX: f64 = 8.859300419375005e-7;
-    pub const ARTICULATED_INERTIA_HAND_XX_TIMES_PIVOT_ROW_FORCE_HAND_Z: f64 = 1.165390020230131e-5;
-    pub const INVERSE_PIVOT_HAND: f64 = 346508.74604314356;
-    pub const ROTOR_SHARE_HAND: f64 = 0.693017492086287;
-    pub const PIVOT_ROW_FORCE_HAND_Z: f64 = 13.154424898849355;
-    pub const PROJECTED_COUPLING_HAND_XZ: f64 = 2.6308849797698708e-5;
-    pub const PROJECTED_MASS_HAND_ZZ: f64 = 4.993781438287936e-4;
     // folded from several numbers, by the first value that each is part of
     pub const SUBTREE_MOMENT_ARM_X_FACTOR: f64 = 3.747934958062502e-6;
     pub const SUBTREE_MOMENT_HULL_X_FACTOR: f64 = 1.4484432454540768e-6;
     pub const SUBTREE_MOMENT_HULL_Y_FACTOR: f64 = 5.381667986691827e-6;
     pub const SUBTREE_MOMENT_HULL_Z_FACTOR: f64 = 3.93322474123775e-6;
-    pub const COMPOSITE_SECOND_MOMENT_ARM_YZ_FACTOR: f64 = 1.3286962500000009e-6;
     pub const COMPOSITE_SECOND_MOMENT_ARM_ZZ_TERM: f64 = 5.138758387500001e-8;
     pub const COMPOSITE_SECOND_MOMENT_ARM_YY_TERM: f64 = 4.6849875000000026e-6;
     pub const COMPOSITE_SECOND_MOMENT_ARM_YY_FACTOR: f64 = 2.6573925000000018e-6;
@@ -1261,7 +1255,8 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             + cos_shoulder_times_composite_first_moment_arm_z;
         let composite_second_moment_arm_yz = mul_add(cos_elbow,
             composite_second_moment_joint_deviator_hand,
-            mul_add(c(COMPOSITE_SECOND_MOMENT_ARM_YZ_FACTOR), sin_elbow, c(SECOND_MOMENT_ARM_YZ)));
+            mul_add(c(FIRST_MOMENT_HAND_Y_TIMES_OFFSET_HAND_Y), sin_elbow,
+            c(SECOND_MOMENT_ARM_YZ)));
         let composite_second_moment_arm_zz = composite_second_moment_joint_deviator_sin_hand
             + c(COMPOSITE_SECOND_MOMENT_ARM_ZZ_TERM);
         let composite_second_moment_arm_yy = mul_add(c(COMPOSITE_SECOND_MOMENT_ARM_YY_FACTOR),
@@ -1342,7 +1337,7 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             minus_inertia_elbow_force_on_hinge_hand_y,
             cos_shoulder * inertia_elbow_force_in_parent_hand_z);
         let inertia_elbow_moment_in_parent_hand_x =
-            mul_add(c(COMPOSITE_SECOND_MOMENT_ARM_YZ_FACTOR), cos_elbow,
+            mul_add(c(FIRST_MOMENT_HAND_Y_TIMES_OFFSET_HAND_Y), cos_elbow,
             c(ARTICULATED_INERTIA_HAND_XX));
         let inertia_elbow_moment_in_parent_arm_y = mul_add(c(-OFFSET_ARM_Z),
             inertia_elbow_force_on_hinge_arm_y,
@@ -4300,6 +4295,9 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
         // arm: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_arm_y = parent_omega_arm_z * u[0];
         let minus_velocity_product_alpha_arm_z = parent_omega_arm_y * u[0];
+        // arm: velocity-product acceleration: a = R^T (a_parent + E_parent r)
+        let minus_velocity_product_arm_x = mul_add(c(-OFFSET_ARM_Z), omega_hull_yz,
+            omega_hull_xy * c(OFFSET_ARM_X));
         // arm: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_arm_xx = omega_arm_x * omega_arm_x;
         let omega_arm_yy = parent_omega_arm_y * parent_omega_arm_y;
@@ -4559,6 +4557,16 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             + (force_x_belly_chin_left + force_x_belly_chin_right);
         let force_belly_hull_y = force_y_belly_tail_left + force_y_belly_tail_right
             + (force_y_belly_chin_left + force_y_belly_chin_right);
+        // hand: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_hand_x = force_x_pads_hand_right + mul_add(c(-FIRST_MOMENT_HAND_Y),
+            gradient_hand_xy, force_x_pads_hand_left);
+        let bias_force_hand_y = force_y_pads_hand_right + mul_add(c(FIRST_MOMENT_HAND_Y),
+            minus_gradient_hand_yy, force_y_pads_hand_left);
+        let bias_force_hand_z = force_z_pads_hand_right + mul_add(c(-FIRST_MOMENT_HAND_Y),
+            omega_hand_yz, force_z_pads_hand_left);
+        let bias_moment_hand_y = mul_add(c(-CONTACT_POINT_HAND_X), force_z_pads_hand_right,
+            mul_add(c(-SECOND_MOMENT_HAND_ZZ), gradient_hand_xz,
+            c(CONTACT_POINT_HAND_X) * force_z_pads_hand_left));
         // mechanism: formula of the model: the model's operations, in their order
         let motor_shoulder_voltage = t / self.params.start;
         let motor_shoulder_voltage_2 = S::min(c(1.0), motor_shoulder_voltage);
@@ -4588,342 +4596,268 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             c(-MOTOR_SHOULDER_MAX_VOLTAGE));
         let motor_elbow_current = mul_add(c(-MOTOR_SHOULDER_CONSTANT_OF_JOINT), u[1],
             motor_elbow_voltage_limited) / c(12.0);
-        // arm: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_arm_x = mul_add(c(-GRAVITY_Z), axis_x_hull_z,
-            mul_add(c(OFFSET_ARM_X), minus_gradient_hull_xx, omega_hull_xz * c(OFFSET_ARM_Z)));
-        let apparent_gravity_in_parent_arm_y = mul_add(c(-GRAVITY_Z), axis_y_hull_z,
-            mul_add(c(-OFFSET_ARM_X), omega_hull_xy, omega_hull_yz * c(OFFSET_ARM_Z)));
-        let apparent_gravity_in_parent_arm_z = mul_add(c(-GRAVITY_Z), axis_z_hull_z,
-            mul_add(c(-OFFSET_ARM_X), omega_hull_xz, minus_gradient_hull_zz * c(-OFFSET_ARM_Z)));
-        let apparent_gravity_arm_y = mul_add(cos_shoulder, apparent_gravity_in_parent_arm_x,
-            sin_shoulder * apparent_gravity_in_parent_arm_z);
-        let apparent_gravity_arm_z = mul_add(-sin_shoulder, apparent_gravity_in_parent_arm_x,
-            cos_shoulder * apparent_gravity_in_parent_arm_z);
-        // hand: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        // hand: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_in_parent_hand_z = mul_add(cos_elbow, bias_force_hand_z,
+            sin_elbow * bias_force_hand_y);
+        // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_arm_x = bias_force_hand_x - mul_add(c(MINIMAL_FIRST_MOMENT_ARM_Y),
+            gradient_arm_xy, gradient_arm_xz * c(FIRST_MOMENT_ARM_Z));
+        let subtree_force_arm_y = mul_add(cos_elbow, bias_force_hand_y, -mul_add(sin_elbow,
+            bias_force_hand_z, mul_add(c(-MINIMAL_FIRST_MOMENT_ARM_Y), minus_gradient_arm_yy,
+            omega_arm_yz * c(FIRST_MOMENT_ARM_Z))));
+        let subtree_force_arm_z = subtree_force_in_parent_hand_z
+            - mul_add(c(MINIMAL_FIRST_MOMENT_ARM_Y), omega_arm_yz,
+            minus_gradient_arm_zz * c(-FIRST_MOMENT_ARM_Z));
+        let subtree_force_on_hinge_arm_y = mul_add(-sin_shoulder, subtree_force_arm_z,
+            cos_shoulder * subtree_force_arm_y);
+        let subtree_force_in_parent_arm_z = mul_add(cos_shoulder, subtree_force_arm_z,
+            sin_shoulder * subtree_force_arm_y);
+        // hand: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let minus_inertia_elbow_force_on_hinge_hand_y = sin_elbow * c(FIRST_MOMENT_HAND_Y);
+        let inertia_elbow_force_in_parent_hand_z = cos_elbow * c(FIRST_MOMENT_HAND_Y);
+        let inertia_elbow_moment_in_parent_hand_x =
+            mul_add(c(FIRST_MOMENT_HAND_Y_TIMES_OFFSET_HAND_Y), cos_elbow,
+            c(ARTICULATED_INERTIA_HAND_XX));
+        // hand: composite inertia: m, h, S of all beyond the hinge
+        let composite_second_moment_joint_deviator_hand =
+            sin_elbow * c(SECOND_MOMENT_HAND_YY_MINUS_SECOND_MOMENT_HAND_ZZ);
+        let composite_second_moment_joint_deviator_sin_hand =
+            sin_elbow * composite_second_moment_joint_deviator_hand;
+        // hull: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let balance_force_hull_x = subtree_force_on_hinge_arm_y + (force_belly_hull_x
+            + mul_add(c(MINIMAL_FIRST_MOMENT_HULL_X), minus_gradient_hull_xx,
+            omega_hull_xz * c(MINIMAL_FIRST_MOMENT_HULL_Z)));
+        let balance_force_hull_y = force_belly_hull_y + mul_add(c(-MINIMAL_FIRST_MOMENT_HULL_X),
+            omega_hull_xy, omega_hull_yz * c(MINIMAL_FIRST_MOMENT_HULL_Z)) - subtree_force_arm_x;
+        let balance_force_hull_z = subtree_force_in_parent_arm_z + (force_z_belly_tail_right
+            + force_z_belly_chin_left + (force_z_belly_chin_right + (force_z_belly_tail_left
+            + mul_add(c(-MINIMAL_FIRST_MOMENT_HULL_X), omega_hull_xz,
+            minus_gradient_hull_zz * c(-MINIMAL_FIRST_MOMENT_HULL_Z)))));
+        // hull: independent accelerations: N^T M N y = N^T (f - M p)
+        let independent_fall_hull_x = c(INVERSE_MASS_HULL) * balance_force_hull_x;
+        let independent_fall_hull_z = c(INVERSE_MASS_HULL) * balance_force_hull_z;
+        // hand: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let apparent_gravity_in_parent_hand_x = mul_add(c(-OFFSET_HAND_Y), gradient_arm_xy,
-            -apparent_gravity_in_parent_arm_y);
+            minus_velocity_product_arm_x);
+        let minus_apparent_gravity_in_parent_arm_x = mul_add(c(-OFFSET_ARM_Z), omega_hull_xz,
+            minus_gradient_hull_xx * c(-DRAWN_CENTRE_HULL_X));
+        let minus_apparent_gravity_in_parent_arm_z = mul_add(c(OFFSET_ARM_Z),
+            minus_gradient_hull_zz, omega_hull_xz * c(DRAWN_CENTRE_HULL_X));
+        let apparent_gravity_arm_y = mul_add(-cos_shoulder, minus_apparent_gravity_in_parent_arm_x,
+            -sin_shoulder * minus_apparent_gravity_in_parent_arm_z);
         let apparent_gravity_in_parent_hand_y = mul_add(c(OFFSET_HAND_Y), minus_gradient_arm_yy,
             apparent_gravity_arm_y);
+        let apparent_gravity_arm_z = mul_add(-cos_shoulder, minus_apparent_gravity_in_parent_arm_z,
+            sin_shoulder * minus_apparent_gravity_in_parent_arm_x);
         let apparent_gravity_in_parent_hand_z = mul_add(c(-OFFSET_HAND_Y), omega_arm_yz,
             apparent_gravity_arm_z);
         let apparent_gravity_hand_z = mul_add(-sin_elbow, apparent_gravity_in_parent_hand_y,
             cos_elbow * apparent_gravity_in_parent_hand_z);
-        // hand: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_hand_x = force_x_pads_hand_right + mul_add(c(-FIRST_MOMENT_HAND_Y),
-            gradient_hand_xy, force_x_pads_hand_left);
-        let bias_force_hand_y = force_y_pads_hand_right + mul_add(c(FIRST_MOMENT_HAND_Y),
-            minus_gradient_hand_yy, force_y_pads_hand_left);
-        let bias_force_hand_z = force_z_pads_hand_right + mul_add(c(-FIRST_MOMENT_HAND_Y),
-            omega_hand_yz, force_z_pads_hand_left);
-        let bias_moment_hand_y = mul_add(c(-CONTACT_POINT_HAND_X), force_z_pads_hand_right,
-            mul_add(c(-SECOND_MOMENT_HAND_ZZ), gradient_hand_xz,
-            c(CONTACT_POINT_HAND_X) * force_z_pads_hand_left));
-        let bias_moment_hand_z = mul_add(c(CONTACT_POINT_HAND_X), force_y_pads_hand_right,
+        let net_moment_hand_x = mul_add(c(OFFSET_HAND_Y), force_z_pads_hand_right,
+            mul_add(c(OFFSET_HAND_Y), force_z_pads_hand_left,
+            mul_add(c(-SECOND_MOMENT_HAND_YY_MINUS_SECOND_MOMENT_HAND_ZZ), omega_hand_yz,
+            c(FIRST_MOMENT_HAND_Y) * apparent_gravity_hand_z)));
+        let net_moment_hand_z = mul_add(c(CONTACT_POINT_HAND_X), force_y_pads_hand_right,
             mul_add(c(-OFFSET_HAND_Y), force_x_pads_hand_left, mul_add(c(-FIRST_MOMENT_HAND_Y),
             apparent_gravity_in_parent_hand_x, gradient_hand_xy * c(SECOND_MOMENT_HAND_YY))))
             - mul_add(c(CONTACT_POINT_HAND_X), force_y_pads_hand_left,
             c(OFFSET_HAND_Y) * force_x_pads_hand_right);
-        // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_arm_x = bias_force_hand_x - mul_add(c(MINIMAL_FIRST_MOMENT_ARM_Y),
-            gradient_arm_xy, gradient_arm_xz * c(FIRST_MOMENT_ARM_Z));
-        let subtree_moment_arm_y = mul_add(-sin_elbow, bias_moment_hand_z, mul_add(cos_elbow,
+        // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let balance_moment_arm_x = mul_add(c(OFFSET_HAND_Y), subtree_force_in_parent_hand_z,
+            net_moment_hand_x + mul_add(c(-SECOND_MOMENT_ARM_YZ), omega_arm_zz - omega_arm_yy,
+            mul_add(c(-SUBTREE_MOMENT_ARM_X_FACTOR), omega_arm_yz, mul_add(c(-FIRST_MOMENT_ARM_Z),
+            apparent_gravity_arm_y, c(MINIMAL_FIRST_MOMENT_ARM_Y) * apparent_gravity_arm_z))));
+        let balance_moment_arm_y = mul_add(-sin_elbow, net_moment_hand_z, mul_add(cos_elbow,
             bias_moment_hand_y, mul_add(c(-SECOND_MOMENT_ARM_ZZ), gradient_arm_xz,
             mul_add(c(-SECOND_MOMENT_ARM_YZ), gradient_arm_xy,
-            apparent_gravity_in_parent_arm_y * c(-FIRST_MOMENT_ARM_Z)))));
-        let subtree_moment_arm_z = mul_add(cos_elbow, bias_moment_hand_z, mul_add(sin_elbow,
+            minus_velocity_product_arm_x * c(FIRST_MOMENT_ARM_Z)))));
+        let balance_moment_arm_z = mul_add(cos_elbow, net_moment_hand_z, mul_add(sin_elbow,
             bias_moment_hand_y, mul_add(c(-OFFSET_HAND_Y), bias_force_hand_x,
             mul_add(c(SECOND_MOMENT_ARM_YZ), gradient_arm_xz,
             mul_add(c(MINIMAL_SECOND_MOMENT_ARM_YY), gradient_arm_xy,
-            apparent_gravity_in_parent_arm_y * c(MINIMAL_FIRST_MOMENT_ARM_Y))))));
-        // hull: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let y_hull_wx_sum = mul_add(c(-CONTACT_POINT_HULL_Y), force_z_belly_chin_right,
+            minus_velocity_product_arm_x * c(-MINIMAL_FIRST_MOMENT_ARM_Y))))));
+        // arm: composite inertia: m, h, S of all beyond the hinge
+        let composite_first_moment_arm_y = c(MINIMAL_FIRST_MOMENT_ARM_Y)
+            + inertia_elbow_force_in_parent_hand_z;
+        let composite_first_moment_arm_z = c(FIRST_MOMENT_ARM_Z)
+            + minus_inertia_elbow_force_on_hinge_hand_y;
+        let composite_second_moment_arm_yy = mul_add(c(COMPOSITE_SECOND_MOMENT_ARM_YY_FACTOR),
+            cos_elbow, c(COMPOSITE_SECOND_MOMENT_ARM_YY_TERM))
+            - composite_second_moment_joint_deviator_sin_hand;
+        let composite_second_moment_arm_yz = mul_add(cos_elbow,
+            composite_second_moment_joint_deviator_hand,
+            mul_add(c(FIRST_MOMENT_HAND_Y_TIMES_OFFSET_HAND_Y), sin_elbow,
+            c(SECOND_MOMENT_ARM_YZ)));
+        let composite_second_moment_arm_zz = composite_second_moment_joint_deviator_sin_hand
+            + c(COMPOSITE_SECOND_MOMENT_ARM_ZZ_TERM);
+        let cos_shoulder_times_composite_first_moment_arm_z =
+            cos_shoulder * composite_first_moment_arm_z;
+        let sin_shoulder_times_composite_first_moment_arm_y =
+            sin_shoulder * composite_first_moment_arm_y;
+        let composite_first_moment_in_parent_arm_z = sin_shoulder_times_composite_first_moment_arm_y
+            + cos_shoulder_times_composite_first_moment_arm_z;
+        let composite_second_moment_joint_deviator_arm = mul_add(composite_second_moment_arm_yz,
+            cos_shoulder * c(2.0), sin_shoulder * (composite_second_moment_arm_yy
+            - composite_second_moment_arm_zz));
+        let composite_second_moment_joint_deviator_sin_arm =
+            sin_shoulder * composite_second_moment_joint_deviator_arm;
+        // arm: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_elbow_force_on_hinge_arm_y = mul_add(-sin_shoulder,
+            inertia_elbow_force_in_parent_hand_z,
+            -cos_shoulder * minus_inertia_elbow_force_on_hinge_hand_y);
+        let inertia_elbow_force_in_parent_arm_z = mul_add(-sin_shoulder,
+            minus_inertia_elbow_force_on_hinge_hand_y,
+            cos_shoulder * inertia_elbow_force_in_parent_hand_z);
+        let inertia_shoulder_force_on_hinge_arm_y = -sin_shoulder_times_composite_first_moment_arm_y
+            - cos_shoulder_times_composite_first_moment_arm_z;
+        let inertia_shoulder_force_in_parent_arm_z = mul_add(-sin_shoulder,
+            composite_first_moment_arm_z, cos_shoulder * composite_first_moment_arm_y);
+        // hull: composite inertia: m, h, S of all beyond the hinge
+        let composite_first_moment_hull_x = inertia_shoulder_force_in_parent_arm_z
+            + c(MINIMAL_FIRST_MOMENT_HULL_X);
+        let composite_first_moment_hull_z = composite_first_moment_in_parent_arm_z
+            - c(MINIMAL_FIRST_MOMENT_HULL_Z);
+        // hull: inertia of the independent speeds: N^T M N = L D L^T
+        let composite_centre_hull_x = composite_first_moment_hull_x * c(INVERSE_MASS_HULL);
+        let composite_centre_hull_z = composite_first_moment_hull_z * c(INVERSE_MASS_HULL);
+        let central_second_moment_hull_xx = mul_add(-composite_first_moment_hull_x,
+            composite_centre_hull_x, mul_add(c(TWICE_DRAWN_CENTRE_HULL_X),
+            inertia_shoulder_force_in_parent_arm_z, composite_second_moment_arm_yy
+            + c(MINIMAL_SECOND_MOMENT_HULL_XX)) - composite_second_moment_joint_deviator_sin_arm);
+        let central_second_moment_hull_xz = mul_add(c(-OFFSET_ARM_Z),
+            inertia_shoulder_force_in_parent_arm_z, mul_add(c(DRAWN_CENTRE_HULL_X),
+            composite_first_moment_in_parent_arm_z, -(composite_second_moment_arm_yz
+            + c(MINIMAL_SECOND_MOMENT_HULL_XZ)))) + mul_add(-composite_first_moment_hull_x,
+            composite_centre_hull_z, cos_shoulder * composite_second_moment_joint_deviator_arm);
+        let central_second_moment_hull_zz = mul_add(-composite_first_moment_hull_z,
+            composite_centre_hull_z, composite_second_moment_joint_deviator_sin_arm
+            + mul_add(c(-COMPOSITE_SECOND_MOMENT_HULL_ZZ_FACTOR),
+            composite_first_moment_in_parent_arm_z, composite_second_moment_arm_zz
+            + c(MINIMAL_SECOND_MOMENT_HULL_ZZ)));
+        let velocity_by_0_hull_x = inertia_shoulder_force_on_hinge_arm_y * c(INVERSE_MASS_HULL);
+        let velocity_by_0_hull_z = inertia_shoulder_force_in_parent_arm_z * c(INVERSE_MASS_HULL);
+        let velocity_by_1_hull_x = inertia_elbow_force_on_hinge_arm_y * c(INVERSE_MASS_HULL);
+        let velocity_by_1_hull_z = inertia_elbow_force_in_parent_arm_z * c(INVERSE_MASS_HULL);
+        // mechanism: inertia of the independent speeds: N^T M N = L D L^T
+        let inertia_0_0 = central_second_moment_hull_zz + c(MINIMAL_SECOND_MOMENT_HULL_YY);
+        let inverse_inertia_0 = c(1.0) / inertia_0_0;
+        let minus_lower_2_0 = central_second_moment_hull_xz * inverse_inertia_0;
+        let inertia_1_1 = central_second_moment_hull_xx + central_second_moment_hull_zz;
+        let inertia_3_1 = mul_add(c(-OFFSET_ARM_Z), inertia_shoulder_force_on_hinge_arm_y,
+            mul_add(c(-DRAWN_CENTRE_HULL_X), inertia_shoulder_force_in_parent_arm_z,
+            -(composite_second_moment_arm_yy + composite_second_moment_arm_zz)))
+            + mul_add(-inertia_shoulder_force_on_hinge_arm_y, composite_centre_hull_z,
+            inertia_shoulder_force_in_parent_arm_z * composite_centre_hull_x);
+        let inertia_4_1 = mul_add(inertia_elbow_force_in_parent_arm_z, composite_centre_hull_x,
+            mul_add(-inertia_elbow_force_on_hinge_arm_y, composite_centre_hull_z,
+            mul_add(c(-OFFSET_ARM_Z), inertia_elbow_force_on_hinge_arm_y,
+            mul_add(c(-DRAWN_CENTRE_HULL_X), inertia_elbow_force_in_parent_arm_z,
+            -inertia_elbow_moment_in_parent_hand_x))));
+        let inverse_inertia_1 = c(1.0) / inertia_1_1;
+        let lower_3_1 = inertia_3_1 * inverse_inertia_1;
+        let lower_4_1 = inertia_4_1 * inverse_inertia_1;
+        let inertia_2_2 = mul_add(-central_second_moment_hull_xz, minus_lower_2_0,
+            central_second_moment_hull_xx + c(MINIMAL_SECOND_MOMENT_HULL_YY));
+        let inverse_inertia_2 = c(1.0) / inertia_2_2;
+        let inertia_3_3 = mul_add(-inertia_3_1, lower_3_1,
+            mul_add(-inertia_shoulder_force_on_hinge_arm_y, velocity_by_0_hull_x,
+            mul_add(-inertia_shoulder_force_in_parent_arm_z, velocity_by_0_hull_z,
+            composite_second_moment_arm_zz + (c(ROTOR_INERTIA_ARM)
+            + composite_second_moment_arm_yy))));
+        let inertia_4_3 = mul_add(-inertia_3_1, lower_4_1,
+            mul_add(-inertia_elbow_force_on_hinge_arm_y, velocity_by_0_hull_x,
+            mul_add(-inertia_elbow_force_in_parent_arm_z, velocity_by_0_hull_z,
+            inertia_elbow_moment_in_parent_hand_x)));
+        let inverse_inertia_3 = c(1.0) / inertia_3_3;
+        let lower_4_3 = inertia_4_3 * inverse_inertia_3;
+        let inertia_4_4 = mul_add(-inertia_4_3, lower_4_3, mul_add(-inertia_4_1, lower_4_1,
+            mul_add(-inertia_elbow_force_on_hinge_arm_y, velocity_by_1_hull_x,
+            mul_add(-inertia_elbow_force_in_parent_arm_z, velocity_by_1_hull_z,
+            c(MASS_ELBOW_ELBOW)))));
+        let inverse_inertia_4 = c(1.0) / inertia_4_4;
+        // mechanism: independent accelerations: N^T M N y = N^T (f - M p)
+        let reduced_independent_0_sum = mul_add(c(-CONTACT_POINT_HULL_Y), force_z_belly_chin_right,
             mul_add(c(CONTACT_POINT_HULL_Y), force_z_belly_tail_left,
-            mul_add(c(-MINIMAL_FIRST_MOMENT_HULL_Z_TIMES_GRAVITY_Z), axis_y_hull_z,
             -mul_add(c(SUBTREE_MOMENT_HULL_X_FACTOR), omega_hull_yz,
-            omega_hull_xy * c(MINIMAL_SECOND_MOMENT_HULL_XZ))))) + mul_add(c(DRAWN_CENTRE_HULL_Z),
+            omega_hull_xy * c(MINIMAL_SECOND_MOMENT_HULL_XZ)))) + mul_add(c(DRAWN_CENTRE_HULL_Z),
             force_belly_hull_y, mul_add(c(-CONTACT_POINT_HULL_Y), force_z_belly_tail_right,
             c(CONTACT_POINT_HULL_Y) * force_z_belly_chin_left));
-        let y_hull_wx = mul_add(cos_shoulder, subtree_moment_arm_y, mul_add(-sin_shoulder,
-            subtree_moment_arm_z, mul_add(c(-OFFSET_ARM_Z), subtree_force_arm_x, y_hull_wx_sum)));
-        // hand: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_in_parent_hand_z = mul_add(cos_elbow, bias_force_hand_z,
-            sin_elbow * bias_force_hand_y);
-        // hand: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let minus_pivot_row_force_on_hinge_hand_y = sin_elbow * c(PIVOT_ROW_FORCE_HAND_Z);
-        let pivot_row_force_in_parent_hand_z = cos_elbow * c(PIVOT_ROW_FORCE_HAND_Z);
-        let pivot_row_moment_in_parent_hand_x =
-            mul_add(c(OFFSET_HAND_Y_TIMES_PIVOT_ROW_FORCE_HAND_Z), cos_elbow, c(-ROTOR_SHARE_HAND));
-        let projected_inertia_joint_deviator_hand =
-            sin_elbow * c(-SECOND_MOMENT_HAND_YY_MINUS_SECOND_MOMENT_HAND_ZZ);
-        let projected_inertia_joint_deviator_sin_hand =
-            sin_elbow * projected_inertia_joint_deviator_hand;
-        let projected_coupling_on_hinge_hand_xz = cos_elbow * c(PROJECTED_COUPLING_HAND_XZ);
-        let projected_coupling_hinge_deviator_hand =
-            sin_elbow * c(ARTICULATED_INERTIA_HAND_XX_TIMES_PIVOT_ROW_FORCE_HAND_Z);
-        let minus_projected_mass_joint_deviator_hand = sin_elbow * c(-PROJECTED_MASS_HAND_ZZ);
-        let minus_projected_mass_joint_deviator_sin_hand =
-            sin_elbow * minus_projected_mass_joint_deviator_hand;
-        let minus_projected_mass_joint_deviator_cos_hand =
-            cos_elbow * minus_projected_mass_joint_deviator_hand;
-        let projected_in_parent_coupling_hand_yx = mul_add(c(PROJECTED_COUPLING_HAND_XZ), sin_elbow,
-            projected_coupling_hinge_deviator_hand);
-        let projected_in_parent_mass_hand_zz = c(-PROJECTED_MASS_HAND_ZZ)
-            - minus_projected_mass_joint_deviator_sin_hand;
-        // arm: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let projected_in_parent_mass_hand_zz_product =
-            c(OFFSET_HAND_Y) * projected_in_parent_mass_hand_zz;
-        let articulated_inertia_arm_xx = mul_add(c(OFFSET_HAND_Y),
-            projected_coupling_on_hinge_hand_xz + projected_in_parent_mass_hand_zz_product,
-            mul_add(c(9.208097429194549e-7), cos_elbow, c(4.464410057764928e-6)));
-        let articulated_inertia_arm_yy = c(COMPOSITE_SECOND_MOMENT_ARM_ZZ_TERM)
-            - projected_inertia_joint_deviator_sin_hand;
-        let articulated_inertia_arm_yz = mul_add(c(-OFFSET_HAND_Y),
-            projected_in_parent_coupling_hand_yx, mul_add(cos_elbow,
-            projected_inertia_joint_deviator_hand, c(-SECOND_MOMENT_ARM_YZ)));
-        let articulated_inertia_arm_zz = projected_inertia_joint_deviator_sin_hand
-            + mul_add(c(COMPOSITE_SECOND_MOMENT_ARM_YY_FACTOR), cos_elbow,
-            c(COMPOSITE_SECOND_MOMENT_ARM_YY_TERM));
-        let articulated_coupling_arm_xy = mul_add(c(-OFFSET_HAND_Y),
-            minus_projected_mass_joint_deviator_cos_hand, projected_coupling_hinge_deviator_hand
-            - mul_add(c(FIRST_MOMENT_HAND_Y), sin_elbow, c(FIRST_MOMENT_ARM_Z)));
-        let articulated_coupling_arm_xz = projected_in_parent_mass_hand_zz_product
-            + (c(MINIMAL_FIRST_MOMENT_ARM_Y) + projected_coupling_on_hinge_hand_xz);
-        let articulated_coupling_arm_yx = c(FIRST_MOMENT_ARM_Z)
-            + projected_in_parent_coupling_hand_yx;
-        let articulated_coupling_arm_zx = mul_add(c(-FIRST_MOMENT_HAND_Y), cos_elbow,
-            c(-MINIMAL_FIRST_MOMENT_ARM_Y));
-        let inverse_pivot_arm = c(1.0) / (c(ROTOR_INERTIA_ARM) + articulated_inertia_arm_xx);
-        let rotor_share_arm = c(ROTOR_INERTIA_ARM) * inverse_pivot_arm;
-        let pivot_row_force_arm_y = articulated_coupling_arm_xy * inverse_pivot_arm;
-        let pivot_row_force_arm_z = articulated_coupling_arm_xz * inverse_pivot_arm;
-        let pivot_row_force_on_hinge_arm_y = mul_add(-sin_shoulder, pivot_row_force_arm_z,
-            cos_shoulder * pivot_row_force_arm_y);
-        let pivot_row_force_in_parent_arm_z = mul_add(cos_shoulder, pivot_row_force_arm_z,
-            sin_shoulder * pivot_row_force_arm_y);
-        let pivot_row_moment_in_parent_arm_y = mul_add(c(-OFFSET_ARM_Z),
-            pivot_row_force_on_hinge_arm_y, mul_add(c(-OFFSET_ARM_X),
-            pivot_row_force_in_parent_arm_z, rotor_share_arm));
-        let projected_inertia_arm_xx = articulated_inertia_arm_xx * rotor_share_arm;
-        let projected_coupling_arm_xy = articulated_coupling_arm_xy * rotor_share_arm;
-        let projected_coupling_arm_xz = articulated_coupling_arm_xz * rotor_share_arm;
-        let projected_mass_arm_yy = mul_add(-articulated_coupling_arm_xy, pivot_row_force_arm_y,
-            minus_projected_mass_joint_deviator_sin_hand);
-        let projected_mass_arm_yz = mul_add(-articulated_coupling_arm_xy, pivot_row_force_arm_z,
-            -minus_projected_mass_joint_deviator_cos_hand);
-        let projected_mass_arm_zz = mul_add(-articulated_coupling_arm_xz, pivot_row_force_arm_z,
-            projected_in_parent_mass_hand_zz);
-        let cos_shoulder_product = cos_shoulder * c(2.0);
-        let projected_inertia_joint_deviator_arm = mul_add(articulated_inertia_arm_yz,
-            cos_shoulder_product, sin_shoulder * (articulated_inertia_arm_yy
-            - articulated_inertia_arm_zz));
-        let projected_inertia_joint_deviator_sin_arm =
-            sin_shoulder * projected_inertia_joint_deviator_arm;
-        let projected_inertia_on_hinge_arm_yy = articulated_inertia_arm_yy
-            - projected_inertia_joint_deviator_sin_arm;
-        let minus_projected_inertia_hinge_deviator_arm = projected_inertia_arm_xx
-            - projected_inertia_on_hinge_arm_yy;
-        let projected_coupling_on_hinge_arm_xy = mul_add(-sin_shoulder, projected_coupling_arm_xz,
-            cos_shoulder * projected_coupling_arm_xy);
-        let projected_coupling_on_hinge_arm_xz = mul_add(cos_shoulder, projected_coupling_arm_xz,
-            sin_shoulder * projected_coupling_arm_xy);
-        let projected_coupling_on_hinge_arm_yx = mul_add(-sin_shoulder, articulated_coupling_arm_zx,
-            cos_shoulder * articulated_coupling_arm_yx);
-        let projected_coupling_on_hinge_arm_zx = mul_add(cos_shoulder, articulated_coupling_arm_zx,
-            sin_shoulder * articulated_coupling_arm_yx);
-        let projected_mass_joint_deviator_arm = mul_add(projected_mass_arm_yz, cos_shoulder_product,
-            sin_shoulder * (projected_mass_arm_yy - projected_mass_arm_zz));
-        let projected_mass_joint_deviator_sin_arm =
-            sin_shoulder * projected_mass_joint_deviator_arm;
-        let projected_mass_on_hinge_arm_yy = projected_mass_arm_yy
-            - projected_mass_joint_deviator_sin_arm;
-        let projected_mass_on_hinge_arm_yz = mul_add(cos_shoulder,
-            projected_mass_joint_deviator_arm, -projected_mass_arm_yz);
-        let projected_in_parent_mass_arm_zz = projected_mass_arm_zz
-            + projected_mass_joint_deviator_sin_arm;
-        // hull: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_hull_xx = projected_inertia_arm_xx
-            + mul_add(c(-COMPOSITE_SECOND_MOMENT_HULL_ZZ_FACTOR),
-            projected_coupling_on_hinge_arm_yx, c(1.6453917545459243e-6))
-            - minus_projected_inertia_hinge_deviator_arm;
-        let articulated_inertia_hull_xz = mul_add(c(-DRAWN_CENTRE_HULL_X),
-            projected_coupling_on_hinge_arm_yx, c(MINIMAL_SECOND_MOMENT_HULL_XZ)
-            - articulated_inertia_arm_yz) + mul_add(c(-OFFSET_ARM_Z),
-            projected_coupling_on_hinge_arm_zx,
-            cos_shoulder * projected_inertia_joint_deviator_arm);
-        let projected_in_parent_mass_arm_zz_product =
-            c(DRAWN_CENTRE_HULL_X) * projected_in_parent_mass_arm_zz;
-        let projected_mass_on_hinge_arm_yz_product =
-            c(OFFSET_ARM_Z) * projected_mass_on_hinge_arm_yz;
-        let projected_mass_on_hinge_arm_yz_product_2 =
-            c(DRAWN_CENTRE_HULL_X) * projected_mass_on_hinge_arm_yz;
-        let projected_mass_on_hinge_arm_yy_product =
-            c(OFFSET_ARM_Z) * projected_mass_on_hinge_arm_yy;
-        let articulated_inertia_hull_yy_sum = mul_add(c(-DRAWN_CENTRE_HULL_X),
-            -projected_in_parent_mass_arm_zz_product - (projected_coupling_on_hinge_arm_xz
-            + projected_mass_on_hinge_arm_yz_product), mul_add(c(OFFSET_ARM_Z),
-            projected_coupling_on_hinge_arm_xy, mul_add(c(DRAWN_CENTRE_HULL_X),
-            projected_coupling_on_hinge_arm_xz, minus_projected_inertia_hinge_deviator_arm
-            + (projected_inertia_on_hinge_arm_yy + c(5.5786164957836745e-6)))));
-        let articulated_inertia_hull_yy = mul_add(c(-OFFSET_ARM_Z),
-            -projected_mass_on_hinge_arm_yz_product_2 - (projected_coupling_on_hinge_arm_xy
-            + projected_mass_on_hinge_arm_yy_product), articulated_inertia_hull_yy_sum);
-        let articulated_coupling_hull_xy = c(MINIMAL_FIRST_MOMENT_HULL_Z)
-            - projected_coupling_on_hinge_arm_yx;
-        let articulated_coupling_hull_yx = c(-MINIMAL_FIRST_MOMENT_HULL_Z)
-            - projected_coupling_on_hinge_arm_xy - projected_mass_on_hinge_arm_yz_product_2
-            - projected_mass_on_hinge_arm_yy_product;
-        let articulated_coupling_hull_yz = c(-MINIMAL_FIRST_MOMENT_HULL_X)
-            - projected_coupling_on_hinge_arm_xz - projected_in_parent_mass_arm_zz_product
-            - projected_mass_on_hinge_arm_yz_product;
-        // hull: factor of a free body's inertia: (I, H, M) = L^T D L
-        let inverse_pivot_wx_hull = c(1.0) / articulated_inertia_hull_xx;
-        let row_wx_wz_hull = articulated_inertia_hull_xz * inverse_pivot_wx_hull;
-        let left_wx_wz_wz_hull = mul_add(-articulated_inertia_hull_xz, row_wx_wz_hull,
-            projected_inertia_joint_deviator_sin_arm + mul_add(c(-TWICE_DRAWN_CENTRE_HULL_X),
-            projected_coupling_on_hinge_arm_zx, articulated_inertia_arm_zz
-            + c(7.0270597412377516e-6)));
-        let row_wx_vy_hull = articulated_coupling_hull_xy * inverse_pivot_wx_hull;
-        let left_wx_wz_vy_hull = mul_add(-articulated_inertia_hull_xz, row_wx_vy_hull,
-            c(MINIMAL_FIRST_MOMENT_HULL_X) - projected_coupling_on_hinge_arm_zx);
-        let inverse_pivot_wy_hull = c(1.0) / articulated_inertia_hull_yy;
-        let row_wy_vx_hull = articulated_coupling_hull_yx * inverse_pivot_wy_hull;
-        let left_wy_vx_vx_hull = mul_add(-articulated_coupling_hull_yx, row_wy_vx_hull,
-            c(MINIMAL_MASS_HULL) + projected_mass_on_hinge_arm_yy);
-        let row_wy_vz_hull = articulated_coupling_hull_yz * inverse_pivot_wy_hull;
-        let left_wy_vx_vz_hull = mul_add(-articulated_coupling_hull_yx, row_wy_vz_hull,
-            projected_mass_on_hinge_arm_yz);
-        let inverse_pivot_wz_hull = c(1.0) / left_wx_wz_wz_hull;
-        let row_wz_vy_hull = left_wx_wz_vy_hull * inverse_pivot_wz_hull;
-        let left_wz_vy_vy_hull = mul_add(-left_wx_wz_vy_hull, row_wz_vy_hull,
-            mul_add(-articulated_coupling_hull_xy, row_wx_vy_hull, c(MINIMAL_MASS_HULL)));
-        let inverse_pivot_vx_hull = c(1.0) / left_wy_vx_vx_hull;
-        let row_vx_vz_hull = left_wy_vx_vz_hull * inverse_pivot_vx_hull;
-        let left_vx_vz_vz_hull = mul_add(-left_wy_vx_vz_hull, row_vx_vz_hull,
-            mul_add(-articulated_coupling_hull_yz, row_wy_vz_hull, c(MINIMAL_MASS_HULL)
-            + projected_in_parent_mass_arm_zz));
-        let inverse_pivot_vy_hull = c(1.0) / left_wz_vy_vy_hull;
-        let inverse_pivot_vz_hull = c(1.0) / left_vx_vz_vz_hull;
-        // arm: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_shoulder = mul_add(c(MOTOR_SHOULDER_CONSTANT_OF_JOINT),
-            motor_shoulder_current, -mul_add(c(DAMPING_SHOULDER), u[0],
-            q[0] * c(STIFFNESS_SHOULDER)));
-        // hand: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_elbow = mul_add(c(MOTOR_SHOULDER_CONSTANT_OF_JOINT), motor_elbow_current,
-            -mul_add(c(DAMPING_SHOULDER), u[1], q[1] * c(STIFFNESS_SHOULDER)));
-        // hand: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_elbow = mul_add(c(OFFSET_HAND_Y), force_z_pads_hand_right, mul_add(c(OFFSET_HAND_Y),
-            force_z_pads_hand_left, joint_torque_elbow
-            + mul_add(c(-SECOND_MOMENT_HAND_YY_MINUS_SECOND_MOMENT_HAND_ZZ), omega_hand_yz,
-            apparent_gravity_hand_z * c(FIRST_MOMENT_HAND_Y))));
-        // arm: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let articulated_bias_force_arm_y = mul_add(minus_pivot_row_force_on_hinge_hand_y, y_elbow,
-            cos_elbow * bias_force_hand_y) - mul_add(sin_elbow, bias_force_hand_z,
-            mul_add(c(-MINIMAL_FIRST_MOMENT_ARM_Y), minus_gradient_arm_yy,
-            omega_arm_yz * c(FIRST_MOMENT_ARM_Z)));
-        let articulated_bias_force_arm_z = mul_add(-pivot_row_force_in_parent_hand_z, y_elbow,
-            subtree_force_in_parent_hand_z - mul_add(c(MINIMAL_FIRST_MOMENT_ARM_Y), omega_arm_yz,
-            minus_gradient_arm_zz * c(-FIRST_MOMENT_ARM_Z)));
-        let y_shoulder_sum = mul_add(-pivot_row_moment_in_parent_hand_x, y_elbow,
-            joint_torque_shoulder + mul_add(c(-SECOND_MOMENT_ARM_YZ), omega_arm_zz - omega_arm_yy,
-            mul_add(c(-SUBTREE_MOMENT_ARM_X_FACTOR), omega_arm_yz, mul_add(c(-FIRST_MOMENT_ARM_Z),
-            apparent_gravity_arm_y, apparent_gravity_arm_z * c(MINIMAL_FIRST_MOMENT_ARM_Y))))
-            - joint_torque_elbow);
-        let y_shoulder = mul_add(c(OFFSET_HAND_Y), subtree_force_in_parent_hand_z, y_shoulder_sum);
-        let articulated_bias_force_on_hinge_arm_y = mul_add(-sin_shoulder,
-            articulated_bias_force_arm_z, cos_shoulder * articulated_bias_force_arm_y);
-        let articulated_bias_force_in_parent_arm_z = mul_add(cos_shoulder,
-            articulated_bias_force_arm_z, sin_shoulder * articulated_bias_force_arm_y);
-        // hull: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_hull_wy_sum = mul_add(c(-DRAWN_CENTRE_HULL_X), force_z_belly_chin_left,
-            joint_torque_shoulder + mul_add(c(MINIMAL_FIRST_MOMENT_HULL_X_TIMES_GRAVITY_Z),
-            axis_z_hull_z, mul_add(c(MINIMAL_FIRST_MOMENT_HULL_Z_TIMES_GRAVITY_Z), axis_x_hull_z,
+        let reduced_independent_0 = mul_add(cos_shoulder, balance_moment_arm_y,
+            mul_add(-sin_shoulder, balance_moment_arm_z, mul_add(composite_centre_hull_z,
+            balance_force_hull_y, mul_add(c(-OFFSET_ARM_Z), subtree_force_arm_x,
+            reduced_independent_0_sum))));
+        let reduced_independent_1_sum = mul_add(c(CONTACT_POINT_HULL_X), force_z_belly_tail_right,
+            mul_add(c(-DRAWN_CENTRE_HULL_X), force_z_belly_chin_left,
             mul_add(c(SUBTREE_MOMENT_HULL_Y_FACTOR), omega_hull_xz,
-            c(MINIMAL_SECOND_MOMENT_HULL_XZ) * (omega_hull_xx - omega_hull_zz)))));
-        let y_hull_wy_sum_2 = mul_add(c(-DRAWN_CENTRE_HULL_X),
-            articulated_bias_force_in_parent_arm_z, mul_add(-pivot_row_moment_in_parent_arm_y,
-            y_shoulder, mul_add(c(CONTACT_POINT_HULL_X), force_z_belly_tail_right, y_hull_wy_sum)
+            c(MINIMAL_SECOND_MOMENT_HULL_XZ) * (omega_hull_xx - omega_hull_zz))))
             + mul_add(c(-DRAWN_CENTRE_HULL_Z), force_belly_hull_x, mul_add(c(-DRAWN_CENTRE_HULL_X),
-            force_z_belly_chin_right, c(CONTACT_POINT_HULL_X) * force_z_belly_tail_left))));
-        let y_hull_wy = mul_add(c(-OFFSET_ARM_Z), articulated_bias_force_on_hinge_arm_y,
-            y_hull_wy_sum_2);
-        let y_hull_wz_sum = mul_add(c(-CONTACT_POINT_HULL_Y), force_x_belly_chin_left,
+            force_z_belly_chin_right, c(CONTACT_POINT_HULL_X) * force_z_belly_tail_left));
+        let reduced_independent_1 = mul_add(composite_centre_hull_x, balance_force_hull_z,
+            subtree_force_in_parent_arm_z * c(-DRAWN_CENTRE_HULL_X))
+            + mul_add(-composite_centre_hull_z, balance_force_hull_x, mul_add(c(-OFFSET_ARM_Z),
+            subtree_force_on_hinge_arm_y, reduced_independent_1_sum - balance_moment_arm_x));
+        let reduced_independent_2_sum = mul_add(c(-CONTACT_POINT_HULL_Y), force_x_belly_chin_left,
             c(CONTACT_POINT_HULL_Y) * force_x_belly_tail_right) + mul_add(c(CONTACT_POINT_HULL_Y),
             force_x_belly_chin_right, mul_add(c(DRAWN_CENTRE_HULL_X), force_y_belly_chin_left,
-            mul_add(c(-MINIMAL_FIRST_MOMENT_HULL_X_TIMES_GRAVITY_Z), axis_y_hull_z,
             mul_add(c(-SUBTREE_MOMENT_HULL_Z_FACTOR), omega_hull_xy,
-            omega_hull_yz * c(MINIMAL_SECOND_MOMENT_HULL_XZ)))));
-        let y_hull_wz_sum_2 = mul_add(sin_shoulder, subtree_moment_arm_y,
+            omega_hull_yz * c(MINIMAL_SECOND_MOMENT_HULL_XZ))));
+        let reduced_independent_2_sum_2 = mul_add(-composite_centre_hull_x, balance_force_hull_y,
             mul_add(c(-DRAWN_CENTRE_HULL_X), subtree_force_arm_x, mul_add(c(-CONTACT_POINT_HULL_X),
             force_y_belly_tail_left, c(DRAWN_CENTRE_HULL_X) * force_y_belly_chin_right)
             - mul_add(c(CONTACT_POINT_HULL_Y), force_x_belly_tail_left,
-            c(CONTACT_POINT_HULL_X) * force_y_belly_tail_right) + y_hull_wz_sum));
-        let y_hull_wz = mul_add(-y_hull_wx, row_wx_wz_hull, mul_add(cos_shoulder,
-            subtree_moment_arm_z, y_hull_wz_sum_2));
-        let y_hull_vx = mul_add(-row_wy_vx_hull, y_hull_wy, articulated_bias_force_on_hinge_arm_y
-            + mul_add(-pivot_row_force_on_hinge_arm_y, y_shoulder, force_belly_hull_x
-            + mul_add(c(-MINIMAL_MASS_HULL_TIMES_GRAVITY_Z), axis_x_hull_z,
-            mul_add(c(MINIMAL_FIRST_MOMENT_HULL_X), minus_gradient_hull_xx,
-            omega_hull_xz * c(MINIMAL_FIRST_MOMENT_HULL_Z)))));
-        let y_hull_vy = mul_add(-row_wz_vy_hull, y_hull_wz, mul_add(-y_hull_wx, row_wx_vy_hull,
-            force_belly_hull_y + mul_add(c(-MINIMAL_MASS_HULL_TIMES_GRAVITY_Z), axis_y_hull_z,
-            mul_add(c(-MINIMAL_FIRST_MOMENT_HULL_X), omega_hull_xy,
-            omega_hull_yz * c(MINIMAL_FIRST_MOMENT_HULL_Z))) - subtree_force_arm_x));
-        let y_hull_vz_sum = mul_add(-pivot_row_force_in_parent_arm_z, y_shoulder,
-            force_z_belly_tail_right + force_z_belly_chin_left + (force_z_belly_chin_right
-            + (force_z_belly_tail_left + mul_add(c(-MINIMAL_MASS_HULL_TIMES_GRAVITY_Z),
-            axis_z_hull_z, mul_add(c(-MINIMAL_FIRST_MOMENT_HULL_X), omega_hull_xz,
-            minus_gradient_hull_zz * c(-MINIMAL_FIRST_MOMENT_HULL_Z))))));
-        let y_hull_vz = mul_add(-row_vx_vz_hull, y_hull_vx, mul_add(-row_wy_vz_hull, y_hull_wy,
-            articulated_bias_force_in_parent_arm_z + y_hull_vz_sum));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let held_acceleration_hull_vy = inverse_pivot_vy_hull * y_hull_vy;
-        let held_acceleration_hull_vz = inverse_pivot_vz_hull * y_hull_vz;
-        // hull: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
-        let own_vx_hull = mul_add(-row_vx_vz_hull, held_acceleration_hull_vz,
-            inverse_pivot_vx_hull * y_hull_vx);
-        let acceleration_hull_wz = mul_add(-row_wz_vy_hull, held_acceleration_hull_vy,
-            inverse_pivot_wz_hull * y_hull_wz);
-        let acceleration_hull_wy = mul_add(-row_wy_vx_hull, own_vx_hull, mul_add(-row_wy_vz_hull,
-            held_acceleration_hull_vz, inverse_pivot_wy_hull * y_hull_wy));
-        let acceleration_hull_wx = mul_add(-row_wx_wz_hull, acceleration_hull_wz,
-            mul_add(-row_wx_vy_hull, held_acceleration_hull_vy, y_hull_wx * inverse_pivot_wx_hull));
-        // arm: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
-        let acceleration_in_parent_arm_x = mul_add(c(-OFFSET_ARM_Z), acceleration_hull_wy,
-            own_vx_hull);
-        let acceleration_in_parent_arm_z = mul_add(c(-OFFSET_ARM_X), acceleration_hull_wy,
-            held_acceleration_hull_vz);
-        let acceleration_arm_y = mul_add(cos_shoulder, acceleration_in_parent_arm_x,
-            sin_shoulder * acceleration_in_parent_arm_z);
-        let acceleration_arm_z = mul_add(-sin_shoulder, acceleration_in_parent_arm_x,
-            cos_shoulder * acceleration_in_parent_arm_z);
-        let alpha_arm_x = mul_add(-pivot_row_moment_in_parent_arm_y, acceleration_hull_wy,
-            mul_add(-pivot_row_force_on_hinge_arm_y, own_vx_hull,
-            mul_add(-pivot_row_force_in_parent_arm_z, held_acceleration_hull_vz,
-            inverse_pivot_arm * y_shoulder)));
-        // mechanism: results: what the function returns
-        let acceleration_shoulder = acceleration_hull_wy + alpha_arm_x;
-        let acceleration_elbow = mul_add(-pivot_row_force_in_parent_hand_z, acceleration_arm_z,
-            mul_add(minus_pivot_row_force_on_hinge_hand_y, acceleration_arm_y,
-            mul_add(-pivot_row_moment_in_parent_hand_x, alpha_arm_x, mul_add(c(INVERSE_PIVOT_HAND),
-            y_elbow, -alpha_arm_x))));
-        let acceleration_hull_vx = mul_add(axis_x_hull_x, own_vx_hull, mul_add(axis_z_hull_x,
-            held_acceleration_hull_vz, axis_y_hull_x * held_acceleration_hull_vy));
-        let acceleration_hull_vy = mul_add(axis_x_hull_y, own_vx_hull, mul_add(axis_z_hull_y,
-            held_acceleration_hull_vz, axis_y_hull_y * held_acceleration_hull_vy));
-        let acceleration_hull_vz = mul_add(axis_x_hull_z, own_vx_hull, mul_add(axis_z_hull_z,
-            held_acceleration_hull_vz, axis_y_hull_z * held_acceleration_hull_vy));
-        acceleration[0] = acceleration_shoulder;
-        acceleration[1] = acceleration_elbow;
-        acceleration[2] = acceleration_hull_vx;
-        acceleration[3] = acceleration_hull_vy;
-        acceleration[4] = acceleration_hull_vz;
-        acceleration[5] = acceleration_hull_wx;
-        acceleration[6] = acceleration_hull_wy;
-        acceleration[7] = acceleration_hull_wz;
-        margin[0] = S::min(S::min(S::min(S::min(S::min(S::min(S::min(inverse_pivot_arm,
-            c(INVERSE_PIVOT_HAND)), inverse_pivot_vx_hull), inverse_pivot_vy_hull),
-            inverse_pivot_vz_hull), inverse_pivot_wx_hull), inverse_pivot_wy_hull),
-            inverse_pivot_wz_hull);
+            c(CONTACT_POINT_HULL_X) * force_y_belly_tail_right) + reduced_independent_2_sum));
+        let reduced_independent_2 = mul_add(minus_lower_2_0, reduced_independent_0,
+            mul_add(cos_shoulder, balance_moment_arm_z, mul_add(sin_shoulder, balance_moment_arm_y,
+            reduced_independent_2_sum_2)));
+        let reduced_independent_3 = mul_add(-lower_3_1, reduced_independent_1,
+            mul_add(-inertia_shoulder_force_in_parent_arm_z, independent_fall_hull_z,
+            mul_add(-inertia_shoulder_force_on_hinge_arm_y, independent_fall_hull_x,
+            balance_moment_arm_x + mul_add(c(MOTOR_SHOULDER_CONSTANT_OF_JOINT),
+            motor_shoulder_current, -mul_add(c(DAMPING_SHOULDER), u[0],
+            q[0] * c(STIFFNESS_SHOULDER))))));
+        let reduced_independent_4_sum = mul_add(-lower_4_1, reduced_independent_1,
+            mul_add(-inertia_elbow_force_in_parent_arm_z, independent_fall_hull_z,
+            mul_add(-inertia_elbow_force_on_hinge_arm_y, independent_fall_hull_x, net_moment_hand_x
+            + mul_add(c(MOTOR_SHOULDER_CONSTANT_OF_JOINT), motor_elbow_current,
+            -mul_add(c(DAMPING_SHOULDER), u[1], q[1] * c(STIFFNESS_SHOULDER))))));
+        let reduced_independent_4 = mul_add(-lower_4_3, reduced_independent_3,
+            reduced_independent_4_sum);
+        let independent_4 = inverse_inertia_4 * reduced_independent_4;
+        let independent_3 = mul_add(-lower_4_3, independent_4,
+            inverse_inertia_3 * reduced_independent_3);
+        let independent_2 = inverse_inertia_2 * reduced_independent_2;
+        let independent_1 = mul_add(-lower_3_1, independent_3, mul_add(-lower_4_1, independent_4,
+            inverse_inertia_1 * reduced_independent_1));
+        let independent_0 = mul_add(minus_lower_2_0, independent_2,
+            inverse_inertia_0 * reduced_independent_0);
+        // hull: accelerations of all joints: du/dt = N y + p
+        let independent_origin_hull_x = mul_add(-composite_centre_hull_z, independent_1,
+            mul_add(-velocity_by_0_hull_x, independent_3, mul_add(-velocity_by_1_hull_x,
+            independent_4, independent_fall_hull_x)));
+        let independent_origin_hull_y = mul_add(composite_centre_hull_z, independent_0,
+            mul_add(-composite_centre_hull_x, independent_2,
+            c(INVERSE_MASS_HULL) * balance_force_hull_y));
+        let independent_origin_hull_z = mul_add(composite_centre_hull_x, independent_1,
+            mul_add(-velocity_by_0_hull_z, independent_3, mul_add(-velocity_by_1_hull_z,
+            independent_4, independent_fall_hull_z)));
+        // mechanism: margin of the elimination: its smallest pivot, its largest entry of N
+        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
+        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
+        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
+        let inverse_inertia_to_4 = S::min(inverse_inertia_to_3, inverse_inertia_4);
+        acceleration[0] = independent_3;
+        acceleration[1] = independent_4;
+        acceleration[2] = mul_add(axis_z_hull_x, independent_origin_hull_z, mul_add(axis_y_hull_x,
+            independent_origin_hull_y, axis_x_hull_x * independent_origin_hull_x));
+        acceleration[3] = mul_add(axis_z_hull_y, independent_origin_hull_z, mul_add(axis_y_hull_y,
+            independent_origin_hull_y, axis_x_hull_y * independent_origin_hull_x));
+        acceleration[4] = mul_add(axis_z_hull_z, independent_origin_hull_z, mul_add(axis_x_hull_z,
+            independent_origin_hull_x, mul_add(axis_y_hull_z, independent_origin_hull_y,
+            c(-GRAVITY_Z))));
+        acceleration[5] = independent_0;
+        acceleration[6] = independent_1;
+        acceleration[7] = independent_2;
+        margin[0] = inverse_inertia_to_4;
         margin[1] = c(1.0);
     }
 }

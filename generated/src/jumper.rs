@@ -24,7 +24,7 @@
 //   reactions: 450 operations: 203 add, 232 mul, 4 div, 1 sin_cos, 10 other
 //   momentum: 256 operations: 112 add, 142 mul, 1 div, 1 sin_cos, 0 other
 //   tangent: 1562 operations: 683 add, 836 mul, 17 div, 1 sin_cos, 25 other
-//   acceleration: 750 operations: 326 add, 389 mul, 12 div, 1 sin_cos, 22 other
+//   acceleration: 698 operations: 304 add, 364 mul, 10 div, 1 sin_cos, 19 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 
 /// NQ: coordinates: one angle per joint; then per free body its displacement (m) and its unit quaternion w x y z.
@@ -176,6 +176,7 @@ mod constants {
     pub const POINT_HOOK_LEFT_Z: f64 = 1.9386986301369862e-3;
     pub const CONTACT_POINT_LEFT_X: f64 = 0.03054468362687541;
     pub const CONTACT_POINT_LEFT_Y: f64 = 0.02;
+    pub const INVERSE_MASS_LEFT: f64 = 108.71928680147856;
     // right
     pub const MASS_RIGHT: f64 = 4.599000000000001e-3;
     pub const FIRST_MOMENT_RIGHT_Y: f64 = 8.947500000000002e-5;
@@ -195,13 +196,6 @@ mod constants {
     pub const CONTACT_POINT_RIGHT_Y: f64 = 0.05;
     pub const CONTACT_POINT_RIGHT_Z: f64 = 4.25e-4;
     pub const MASS_RIDGE_RIDGE: f64 = 2.6824102831250005e-6;
-    pub const INVERSE_PIVOT_RIGHT: f64 = 372799.0480393636;
-    pub const PIVOT_ROW_FORCE_RIGHT_Y: f64 = 0.8807377509929962;
-    pub const PIVOT_ROW_FORCE_RIGHT_Z: f64 = 33.35619482332206;
-    pub const PROJECTED_MASS_RIGHT_YY: f64 = 2.080742936720953e-6;
-    pub const TWICE_PROJECTED_MASS_RIGHT_YZ: f64 = 1.576080205401967e-4;
-    pub const PROJECTED_MASS_RIGHT_YZ: f64 = 7.880401027009836e-5;
-    pub const PROJECTED_MASS_RIGHT_ZZ: f64 = 2.9845455318167425e-3;
     // folded from several numbers, by the first value that each is part of
     pub const BAND_BAND_SQUARE_0_TERM: f64 = 1.1992442483909835e-20;
     pub const SUBTREE_MOMENT_LEFT_X_FACTOR: f64 = 8.22489716875e-7;
@@ -3495,6 +3489,9 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             sin_ridge * velocity_left_z_sum);
         let velocity_right_z = mul_add(cos_ridge, velocity_left_z_sum,
             sin_ridge * minus_velocity_on_hinge_right_y);
+        // right: velocity-product acceleration: a = R^T (a_parent + E_parent r)
+        let minus_velocity_product_on_hinge_right_y = mul_add(c(-OFFSET_RIGHT_Z), omega_left_xz,
+            minus_gradient_left_xx * c(-OFFSET_RIGHT_X));
         // right: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_right_xx = omega_right_x * omega_right_x;
         let omega_right_yy = parent_omega_right_y * parent_omega_right_y;
@@ -3725,18 +3722,41 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             axis_z_right_z * push_feet_right_back);
         let force_feet_right_x = force_x_feet_right_front + force_x_feet_right_back;
         let force_feet_right_y = force_y_feet_right_front + force_y_feet_right_back;
-        // right: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_right_x = mul_add(c(-GRAVITY_Z), axis_x_left_z,
-            mul_add(c(OFFSET_RIGHT_X), minus_gradient_left_xx, omega_left_xz * c(OFFSET_RIGHT_Z)));
-        let apparent_gravity_in_parent_right_y = mul_add(c(-GRAVITY_Z), axis_y_left_z,
-            mul_add(c(-OFFSET_RIGHT_X), omega_left_xy, omega_left_yz * c(OFFSET_RIGHT_Z)));
-        let apparent_gravity_in_parent_right_z = mul_add(c(-GRAVITY_Z), axis_z_left_z,
-            mul_add(c(-OFFSET_RIGHT_X), omega_left_xz,
-            minus_gradient_left_zz * c(-OFFSET_RIGHT_Z)));
-        let apparent_gravity_right_y = mul_add(-cos_ridge, apparent_gravity_in_parent_right_x,
-            sin_ridge * apparent_gravity_in_parent_right_z);
-        let apparent_gravity_right_z = mul_add(cos_ridge, apparent_gravity_in_parent_right_z,
-            sin_ridge * apparent_gravity_in_parent_right_x);
+        // right: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let minus_apparent_gravity_in_parent_right_y = mul_add(c(-OFFSET_RIGHT_Z), omega_left_yz,
+            c(OFFSET_RIGHT_X) * omega_left_xy);
+        let minus_apparent_gravity_in_parent_right_z = mul_add(c(OFFSET_RIGHT_Z),
+            minus_gradient_left_zz, c(OFFSET_RIGHT_X) * omega_left_xz);
+        let apparent_gravity_right_y = mul_add(-sin_ridge, minus_apparent_gravity_in_parent_right_z,
+            cos_ridge * minus_velocity_product_on_hinge_right_y);
+        let apparent_gravity_right_z = mul_add(-cos_ridge, minus_apparent_gravity_in_parent_right_z,
+            -sin_ridge * minus_velocity_product_on_hinge_right_y);
+        let net_moment_right_x_sum = mul_add(c(-CONTACT_POINT_RIGHT_Y), force_z_feet_right_front,
+            mul_add(c(SECOND_MOMENT_RIGHT_YZ), omega_right_zz - omega_right_yy,
+            -mul_add(c(SECOND_MOMENT_RIGHT_YY_MINUS_SECOND_MOMENT_RIGHT_ZZ), omega_right_yz,
+            mul_add(c(FIRST_MOMENT_RIGHT_Z), apparent_gravity_right_y,
+            c(FIRST_MOMENT_RIGHT_Y) * apparent_gravity_right_z))))
+            + mul_add(c(-CONTACT_POINT_RIGHT_Y), force_z_feet_right_back,
+            c(CONTACT_POINT_RIGHT_Z) * force_feet_right_y);
+        let net_moment_right_x = mul_add(band_band_tension,
+            c(POINT_HOOK_RIGHT_Z) * band_band_pull_1_right_y, mul_add(-band_band_tension,
+            c(POINT_HOOK_RIGHT_Y) * band_band_pull_1_right_z, net_moment_right_x_sum));
+        let net_moment_right_y_sum = mul_add(c(CONTACT_POINT_RIGHT_X), force_z_feet_right_front,
+            mul_add(c(-SECOND_MOMENT_RIGHT_ZZ), gradient_right_xz,
+            mul_add(c(SECOND_MOMENT_RIGHT_YZ), gradient_right_xy,
+            c(-FIRST_MOMENT_RIGHT_Z) * minus_apparent_gravity_in_parent_right_y)))
+            - mul_add(c(CONTACT_POINT_RIGHT_Z), force_feet_right_x,
+            c(CONTACT_POINT_RIGHT_X) * force_z_feet_right_back);
+        let net_moment_right_y = mul_add(-band_band_tension,
+            c(POINT_HOOK_RIGHT_Z) * band_band_pull_1_right_x, net_moment_right_y_sum);
+        let net_moment_right_z_sum = mul_add(c(CONTACT_POINT_RIGHT_Y), force_x_feet_right_front,
+            c(CONTACT_POINT_RIGHT_X) * force_y_feet_right_back) + mul_add(c(CONTACT_POINT_RIGHT_Y),
+            force_x_feet_right_back, mul_add(c(-CONTACT_POINT_RIGHT_X), force_y_feet_right_front,
+            mul_add(c(-SECOND_MOMENT_RIGHT_YZ), gradient_right_xz,
+            mul_add(c(SECOND_MOMENT_RIGHT_YY), gradient_right_xy,
+            c(-FIRST_MOMENT_RIGHT_Y) * minus_apparent_gravity_in_parent_right_y))));
+        let net_moment_right_z = mul_add(band_band_tension,
+            c(POINT_HOOK_RIGHT_Y) * band_band_pull_1_right_x, net_moment_right_z_sum);
         // right: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_right_x = mul_add(band_band_pull_1_right_x, band_band_tension,
             force_feet_right_x + mul_add(c(-FIRST_MOMENT_RIGHT_Z), gradient_right_xz,
@@ -3747,207 +3767,151 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
         let bias_force_right_z = mul_add(band_band_pull_1_right_z, band_band_tension,
             force_z_feet_right_back + (force_z_feet_right_front + mul_add(c(FIRST_MOMENT_RIGHT_Z),
             minus_gradient_right_zz, omega_right_yz * c(FIRST_MOMENT_RIGHT_Y))));
-        let bias_moment_right_y_sum = mul_add(c(CONTACT_POINT_RIGHT_X), force_z_feet_right_front,
-            mul_add(c(-SECOND_MOMENT_RIGHT_ZZ), gradient_right_xz,
-            mul_add(c(SECOND_MOMENT_RIGHT_YZ), gradient_right_xy,
-            c(FIRST_MOMENT_RIGHT_Z) * apparent_gravity_in_parent_right_y)))
-            - mul_add(c(CONTACT_POINT_RIGHT_Z), force_feet_right_x,
-            c(CONTACT_POINT_RIGHT_X) * force_z_feet_right_back);
-        let bias_moment_right_y = mul_add(-band_band_tension,
-            c(POINT_HOOK_RIGHT_Z) * band_band_pull_1_right_x, bias_moment_right_y_sum);
-        let bias_moment_right_z_sum = mul_add(c(CONTACT_POINT_RIGHT_Y), force_x_feet_right_front,
-            c(CONTACT_POINT_RIGHT_X) * force_y_feet_right_back) + mul_add(c(CONTACT_POINT_RIGHT_Y),
-            force_x_feet_right_back, mul_add(c(-CONTACT_POINT_RIGHT_X), force_y_feet_right_front,
-            mul_add(c(-SECOND_MOMENT_RIGHT_YZ), gradient_right_xz,
-            mul_add(c(SECOND_MOMENT_RIGHT_YY), gradient_right_xy,
-            c(FIRST_MOMENT_RIGHT_Y) * apparent_gravity_in_parent_right_y))));
-        let bias_moment_right_z = mul_add(band_band_tension,
-            c(POINT_HOOK_RIGHT_Y) * band_band_pull_1_right_x, bias_moment_right_z_sum);
-        // left: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let y_left_wx_sum = mul_add(c(-CONTACT_POINT_LEFT_Y), force_z_feet_left_front,
-            mul_add(c(-MINIMAL_FIRST_MOMENT_LEFT_Z_TIMES_GRAVITY_Z), axis_y_left_z,
-            -mul_add(c(SUBTREE_MOMENT_LEFT_X_FACTOR), omega_left_yz,
-            omega_left_xy * c(MINIMAL_SECOND_MOMENT_LEFT_XZ)))) + mul_add(c(CONTACT_POINT_LEFT_Y),
-            force_z_feet_left_back, c(DRAWN_CENTRE_LEFT_Z) * force_feet_left_y);
-        let y_left_wx = mul_add(sin_ridge, bias_moment_right_z, mul_add(band_band_tension,
-            c(POINT_HOOK_LEFT_Z) * band_band_pull_0_left_y, y_left_wx_sum)) + mul_add(-cos_ridge,
-            bias_moment_right_y, c(OFFSET_RIGHT_Z) * bias_force_right_x);
         // right: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_on_hinge_right_y = mul_add(-sin_ridge, bias_force_right_z,
             cos_ridge * bias_force_right_y);
         let subtree_force_in_parent_right_z = mul_add(cos_ridge, bias_force_right_z,
             sin_ridge * bias_force_right_y);
+        // right: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let sin_ridge_product = sin_ridge * c(FIRST_MOMENT_RIGHT_Y);
+        let cos_ridge_product = cos_ridge * c(FIRST_MOMENT_RIGHT_Z);
+        let inertia_ridge_force_on_hinge_right_y = sin_ridge_product - cos_ridge_product;
+        let inertia_ridge_force_in_parent_right_z = mul_add(c(-FIRST_MOMENT_RIGHT_Z), sin_ridge,
+            cos_ridge * c(-FIRST_MOMENT_RIGHT_Y));
         // right: composite inertia: m, h, S of all beyond the hinge
-        let composite_first_moment_in_parent_right_z = mul_add(c(-FIRST_MOMENT_RIGHT_Y), sin_ridge,
-            cos_ridge * c(FIRST_MOMENT_RIGHT_Z));
-        // right: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let pivot_row_force_on_hinge_right_y = mul_add(c(PIVOT_ROW_FORCE_RIGHT_Z), sin_ridge,
-            cos_ridge * c(-PIVOT_ROW_FORCE_RIGHT_Y));
-        let pivot_row_force_in_parent_right_z = mul_add(c(-PIVOT_ROW_FORCE_RIGHT_Z), cos_ridge,
-            sin_ridge * c(-PIVOT_ROW_FORCE_RIGHT_Y));
-        let pivot_row_moment_in_parent_right_y = mul_add(c(-OFFSET_RIGHT_X),
-            pivot_row_force_in_parent_right_z,
-            c(OFFSET_RIGHT_Z) * pivot_row_force_on_hinge_right_y);
-        let projected_inertia_joint_deviator_right =
-            mul_add(c(-SECOND_MOMENT_RIGHT_YY_MINUS_SECOND_MOMENT_RIGHT_ZZ), sin_ridge,
-            cos_ridge * c(TWICE_SECOND_MOMENT_RIGHT_YZ));
-        let projected_inertia_joint_deviator_sin_right =
-            sin_ridge * projected_inertia_joint_deviator_right;
-        let projected_coupling_on_hinge_right_zx = mul_add(c(FIRST_MOMENT_RIGHT_Z), sin_ridge,
-            cos_ridge * c(FIRST_MOMENT_RIGHT_Y));
-        let projected_mass_joint_deviator_right = mul_add(c(-TWICE_PROJECTED_MASS_RIGHT_YZ),
-            cos_ridge, sin_ridge * c(2.9824647888800214e-3));
-        let projected_mass_joint_deviator_sin_right =
-            sin_ridge * projected_mass_joint_deviator_right;
-        let projected_mass_on_hinge_right_yy = c(-PROJECTED_MASS_RIGHT_YY)
-            - projected_mass_joint_deviator_sin_right;
-        let projected_mass_on_hinge_right_yz = mul_add(cos_ridge,
-            projected_mass_joint_deviator_right, c(PROJECTED_MASS_RIGHT_YZ));
-        let projected_in_parent_mass_right_zz = c(-PROJECTED_MASS_RIGHT_ZZ)
-            + projected_mass_joint_deviator_sin_right;
-        // left: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_left_xx = mul_add(c(-COMPOSITE_SECOND_MOMENT_LEFT_ZZ_FACTOR),
-            composite_first_moment_in_parent_right_z, c(8.342205662500001e-7)
-            - projected_inertia_joint_deviator_sin_right);
-        let articulated_inertia_left_xz = mul_add(-cos_ridge,
-            projected_inertia_joint_deviator_right, c(TWICE_MINIMAL_SECOND_MOMENT_LEFT_XZ))
-            + mul_add(c(-DRAWN_CENTRE_LEFT_X), composite_first_moment_in_parent_right_z,
-            c(OFFSET_RIGHT_Z) * projected_coupling_on_hinge_right_zx);
-        let projected_in_parent_mass_right_zz_product =
-            c(DRAWN_CENTRE_LEFT_X) * projected_in_parent_mass_right_zz;
-        let projected_mass_on_hinge_right_yz_product =
-            c(OFFSET_RIGHT_Z) * projected_mass_on_hinge_right_yz;
-        let projected_mass_on_hinge_right_yz_product_2 =
-            c(DRAWN_CENTRE_LEFT_X) * projected_mass_on_hinge_right_yz;
-        let projected_mass_on_hinge_right_yy_product =
-            c(OFFSET_RIGHT_Z) * projected_mass_on_hinge_right_yy;
-        let articulated_inertia_left_yy = mul_add(c(-OFFSET_RIGHT_Z),
-            projected_mass_on_hinge_right_yz_product_2 - projected_mass_on_hinge_right_yy_product,
-            mul_add(c(-DRAWN_CENTRE_LEFT_X), projected_mass_on_hinge_right_yz_product
-            - projected_in_parent_mass_right_zz_product, c(MASS_RIDGE_RIDGE)));
-        let articulated_coupling_left_xy = c(MINIMAL_FIRST_MOMENT_LEFT_Z)
-            - composite_first_moment_in_parent_right_z;
-        let articulated_coupling_left_yx = projected_mass_on_hinge_right_yz_product_2
-            - c(MINIMAL_FIRST_MOMENT_LEFT_Z) - projected_mass_on_hinge_right_yy_product;
-        let articulated_coupling_left_yz = projected_mass_on_hinge_right_yz_product
-            - (c(MINIMAL_FIRST_MOMENT_LEFT_X) + projected_in_parent_mass_right_zz_product);
-        // left: factor of a free body's inertia: (I, H, M) = L^T D L
-        let inverse_pivot_wx_left = c(1.0) / articulated_inertia_left_xx;
-        let row_wx_wz_left = articulated_inertia_left_xz * inverse_pivot_wx_left;
-        let left_wx_wz_wz_left = mul_add(-articulated_inertia_left_xz, row_wx_wz_left,
-            mul_add(c(TWICE_DRAWN_CENTRE_LEFT_X), projected_coupling_on_hinge_right_zx,
-            projected_inertia_joint_deviator_sin_right + c(6.183400000000002e-6)));
-        let row_wx_vy_left = articulated_coupling_left_xy * inverse_pivot_wx_left;
-        let left_wx_wz_vy_left = mul_add(-articulated_inertia_left_xz, row_wx_vy_left,
-            c(MINIMAL_FIRST_MOMENT_LEFT_X) + projected_coupling_on_hinge_right_zx);
-        let inverse_pivot_wy_left = c(1.0) / articulated_inertia_left_yy;
-        let row_wy_vx_left = articulated_coupling_left_yx * inverse_pivot_wy_left;
-        let left_wy_vx_vx_left = mul_add(-articulated_coupling_left_yx, row_wy_vx_left,
-            c(MINIMAL_MASS_LEFT) + projected_mass_on_hinge_right_yy);
-        let row_wy_vz_left = articulated_coupling_left_yz * inverse_pivot_wy_left;
-        let left_wy_vx_vz_left = mul_add(-articulated_coupling_left_yx, row_wy_vz_left,
-            -projected_mass_on_hinge_right_yz);
-        let inverse_pivot_wz_left = c(1.0) / left_wx_wz_wz_left;
-        let row_wz_vy_left = left_wx_wz_vy_left * inverse_pivot_wz_left;
-        let left_wz_vy_vy_left = mul_add(-left_wx_wz_vy_left, row_wz_vy_left,
-            mul_add(-articulated_coupling_left_xy, row_wx_vy_left, c(MINIMAL_MASS_LEFT)));
-        let inverse_pivot_vx_left = c(1.0) / left_wy_vx_vx_left;
-        let row_vx_vz_left = left_wy_vx_vz_left * inverse_pivot_vx_left;
-        let left_vx_vz_vz_left = mul_add(-left_wy_vx_vz_left, row_vx_vz_left,
-            mul_add(-articulated_coupling_left_yz, row_wy_vz_left, c(MINIMAL_MASS_LEFT)
-            + projected_in_parent_mass_right_zz));
-        let inverse_pivot_vy_left = c(1.0) / left_wz_vy_vy_left;
-        let inverse_pivot_vz_left = c(1.0) / left_vx_vz_vz_left;
-        // right: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_ridge = mul_add(c(-CUBIC_STIFFNESS_RIDGE), q[0] * (q[0] * q[0]),
-            mul_add(c(-DAMPING_RIDGE), u[0], q[0] * c(-STIFFNESS_RIDGE)));
-        // right: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_ridge_sum = mul_add(c(-CONTACT_POINT_RIGHT_Y), force_z_feet_right_front,
-            mul_add(c(SECOND_MOMENT_RIGHT_YZ), omega_right_zz - omega_right_yy,
-            mul_add(c(-FIRST_MOMENT_RIGHT_Y), apparent_gravity_right_z, joint_torque_ridge))
-            - mul_add(c(SECOND_MOMENT_RIGHT_YY_MINUS_SECOND_MOMENT_RIGHT_ZZ), omega_right_yz,
-            c(FIRST_MOMENT_RIGHT_Z) * apparent_gravity_right_y));
-        let y_ridge = mul_add(band_band_tension, c(POINT_HOOK_RIGHT_Z) * band_band_pull_1_right_y,
-            mul_add(-band_band_tension, c(POINT_HOOK_RIGHT_Y) * band_band_pull_1_right_z,
-            y_ridge_sum + mul_add(c(-CONTACT_POINT_RIGHT_Y), force_z_feet_right_back,
-            c(CONTACT_POINT_RIGHT_Z) * force_feet_right_y)));
-        // left: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_left_wy_sum = mul_add(c(CONTACT_POINT_LEFT_X), force_z_feet_left_front,
-            mul_add(c(MINIMAL_FIRST_MOMENT_LEFT_X_TIMES_GRAVITY_Z), axis_z_left_z,
-            mul_add(c(MINIMAL_FIRST_MOMENT_LEFT_Z_TIMES_GRAVITY_Z), axis_x_left_z,
-            mul_add(c(SECOND_MOMENT_RIGHT_YY_MINUS_SECOND_MOMENT_RIGHT_ZZ), omega_left_xz,
-            c(MINIMAL_SECOND_MOMENT_LEFT_XZ) * (omega_left_xx - omega_left_zz))
-            - joint_torque_ridge)));
-        let y_left_wy_sum_2 = mul_add(-pivot_row_moment_in_parent_right_y, y_ridge,
-            mul_add(-band_band_tension, c(POINT_HOOK_LEFT_Z) * band_band_pull_0_left_x,
-            mul_add(band_band_tension, c(POINT_HOOK_LEFT_X) * band_band_pull_0_left_z, y_left_wy_sum
+        let composite_first_moment_in_parent_right_z = cos_ridge_product - sin_ridge_product;
+        let composite_second_moment_joint_deviator_right = mul_add(c(-TWICE_SECOND_MOMENT_RIGHT_YZ),
+            cos_ridge, sin_ridge * c(SECOND_MOMENT_RIGHT_YY_MINUS_SECOND_MOMENT_RIGHT_ZZ));
+        let composite_second_moment_joint_deviator_sin_right =
+            sin_ridge * composite_second_moment_joint_deviator_right;
+        // left: composite inertia: m, h, S of all beyond the hinge
+        let composite_first_moment_left_x = c(MINIMAL_FIRST_MOMENT_LEFT_X)
+            - inertia_ridge_force_in_parent_right_z;
+        let composite_first_moment_left_z = composite_first_moment_in_parent_right_z
+            - c(MINIMAL_FIRST_MOMENT_LEFT_Z);
+        // left: inertia of the independent speeds: N^T M N = L D L^T
+        let composite_centre_left_x = composite_first_moment_left_x * c(INVERSE_MASS_LEFT);
+        let composite_centre_left_z = composite_first_moment_left_z * c(INVERSE_MASS_LEFT);
+        let central_second_moment_left_xx = mul_add(-composite_first_moment_left_x,
+            composite_centre_left_x, mul_add(c(-TWICE_DRAWN_CENTRE_LEFT_X),
+            inertia_ridge_force_in_parent_right_z, c(TWICE_MINIMAL_SECOND_MOMENT_LEFT_XX)
+            - composite_second_moment_joint_deviator_sin_right));
+        let central_second_moment_left_xz = mul_add(-composite_first_moment_left_x,
+            composite_centre_left_z, mul_add(c(OFFSET_RIGHT_Z),
+            inertia_ridge_force_in_parent_right_z,
+            c(DRAWN_CENTRE_LEFT_X) * composite_first_moment_in_parent_right_z) - mul_add(cos_ridge,
+            composite_second_moment_joint_deviator_right, c(TWICE_MINIMAL_SECOND_MOMENT_LEFT_XZ)));
+        let central_second_moment_left_zz = mul_add(-composite_first_moment_left_z,
+            composite_centre_left_z, mul_add(c(-COMPOSITE_SECOND_MOMENT_LEFT_ZZ_FACTOR),
+            composite_first_moment_in_parent_right_z,
+            composite_second_moment_joint_deviator_sin_right
+            + c(TWICE_MINIMAL_SECOND_MOMENT_LEFT_ZZ)));
+        let minus_velocity_by_0_left_x =
+            inertia_ridge_force_on_hinge_right_y * c(INVERSE_MASS_LEFT);
+        let velocity_by_0_left_z = inertia_ridge_force_in_parent_right_z * c(INVERSE_MASS_LEFT);
+        // mechanism: inertia of the independent speeds: N^T M N = L D L^T
+        let inertia_0_0 = central_second_moment_left_zz + c(MINIMAL_SECOND_MOMENT_LEFT_YY);
+        let inverse_inertia_0 = c(1.0) / inertia_0_0;
+        let minus_lower_2_0 = central_second_moment_left_xz * inverse_inertia_0;
+        let inertia_1_1 = central_second_moment_left_xx + central_second_moment_left_zz;
+        let inertia_3_1 = mul_add(inertia_ridge_force_on_hinge_right_y, composite_centre_left_z,
+            mul_add(inertia_ridge_force_in_parent_right_z, composite_centre_left_x,
+            mul_add(c(OFFSET_RIGHT_Z), inertia_ridge_force_on_hinge_right_y,
+            mul_add(c(-DRAWN_CENTRE_LEFT_X), inertia_ridge_force_in_parent_right_z,
+            c(MASS_RIDGE_RIDGE)))));
+        let inverse_inertia_1 = c(1.0) / inertia_1_1;
+        let lower_3_1 = inertia_3_1 * inverse_inertia_1;
+        let inertia_2_2 = mul_add(-central_second_moment_left_xz, minus_lower_2_0,
+            central_second_moment_left_xx + c(MINIMAL_SECOND_MOMENT_LEFT_YY));
+        let inverse_inertia_2 = c(1.0) / inertia_2_2;
+        let inertia_3_3 = mul_add(-inertia_3_1, lower_3_1,
+            mul_add(-inertia_ridge_force_in_parent_right_z, velocity_by_0_left_z,
+            mul_add(-inertia_ridge_force_on_hinge_right_y, minus_velocity_by_0_left_x,
+            c(MASS_RIDGE_RIDGE))));
+        let inverse_inertia_3 = c(1.0) / inertia_3_3;
+        // left: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let balance_force_left_x = mul_add(band_band_pull_0_left_x, band_band_tension,
+            force_feet_left_x + mul_add(c(MINIMAL_FIRST_MOMENT_LEFT_X), minus_gradient_left_xx,
+            omega_left_xz * c(MINIMAL_FIRST_MOMENT_LEFT_Z))) - subtree_force_on_hinge_right_y;
+        let balance_force_left_y = bias_force_right_x + mul_add(band_band_pull_0_left_y,
+            band_band_tension, force_feet_left_y + mul_add(c(-MINIMAL_FIRST_MOMENT_LEFT_X),
+            omega_left_xy, omega_left_yz * c(MINIMAL_FIRST_MOMENT_LEFT_Z)));
+        let balance_force_left_z = subtree_force_in_parent_right_z
+            + mul_add(band_band_pull_0_left_z, band_band_tension, force_z_feet_left_back
+            + (force_z_feet_left_front + mul_add(c(-MINIMAL_FIRST_MOMENT_LEFT_X), omega_left_xz,
+            minus_gradient_left_zz * c(-MINIMAL_FIRST_MOMENT_LEFT_Z))));
+        // left: independent accelerations: N^T M N y = N^T (f - M p)
+        let independent_fall_left_x = c(INVERSE_MASS_LEFT) * balance_force_left_x;
+        let independent_fall_left_z = c(INVERSE_MASS_LEFT) * balance_force_left_z;
+        // mechanism: independent accelerations: N^T M N y = N^T (f - M p)
+        let reduced_independent_0_sum = mul_add(band_band_tension,
+            c(POINT_HOOK_LEFT_Z) * band_band_pull_0_left_y, mul_add(c(BAND_BAND_DAMPING),
+            force_z_feet_left_back, c(DRAWN_CENTRE_LEFT_Z) * force_feet_left_y)
+            - mul_add(c(BAND_BAND_DAMPING), force_z_feet_left_front,
+            mul_add(c(SUBTREE_MOMENT_LEFT_X_FACTOR), omega_left_yz,
+            omega_left_xy * c(SECOND_MOMENT_RIGHT_YZ))));
+        let reduced_independent_0 = mul_add(-cos_ridge, net_moment_right_y,
+            c(OFFSET_RIGHT_Z) * bias_force_right_x) + mul_add(composite_centre_left_z,
+            balance_force_left_y, mul_add(sin_ridge, net_moment_right_z,
+            reduced_independent_0_sum));
+        let reduced_independent_1_sum = mul_add(band_band_tension,
+            c(POINT_HOOK_LEFT_X) * band_band_pull_0_left_z, mul_add(c(CONTACT_POINT_LEFT_X),
+            force_z_feet_left_front, mul_add(c(SECOND_MOMENT_RIGHT_YY_MINUS_SECOND_MOMENT_RIGHT_ZZ),
+            omega_left_xz, c(SECOND_MOMENT_RIGHT_YZ) * (omega_left_xx - omega_left_zz)))
             + mul_add(c(-DRAWN_CENTRE_LEFT_Z), force_feet_left_x,
-            c(CONTACT_POINT_LEFT_X) * force_z_feet_left_back))));
-        let y_left_wy = y_left_wy_sum_2 + mul_add(c(-DRAWN_CENTRE_LEFT_X),
-            subtree_force_in_parent_right_z, c(OFFSET_RIGHT_Z) * subtree_force_on_hinge_right_y);
-        let y_left_wz_sum = mul_add(c(-CONTACT_POINT_LEFT_X), force_y_feet_left_back,
-            mul_add(c(CONTACT_POINT_LEFT_Y), force_x_feet_left_front,
-            mul_add(c(-MINIMAL_FIRST_MOMENT_LEFT_X_TIMES_GRAVITY_Z), axis_y_left_z,
+            c(CONTACT_POINT_LEFT_X) * force_z_feet_left_back));
+        let reduced_independent_1 = mul_add(composite_centre_left_x, balance_force_left_z,
+            c(OFFSET_RIGHT_Z) * subtree_force_on_hinge_right_y) + mul_add(-composite_centre_left_z,
+            balance_force_left_x, mul_add(c(-DRAWN_CENTRE_LEFT_X), subtree_force_in_parent_right_z,
+            net_moment_right_x + mul_add(-band_band_tension,
+            c(POINT_HOOK_LEFT_Z) * band_band_pull_0_left_x, reduced_independent_1_sum)));
+        let reduced_independent_2_sum = mul_add(c(-CONTACT_POINT_LEFT_X), force_y_feet_left_back,
+            mul_add(c(BAND_BAND_DAMPING), force_x_feet_left_front,
             mul_add(c(-SUBTREE_MOMENT_LEFT_Z_FACTOR), omega_left_xy,
-            omega_left_yz * c(MINIMAL_SECOND_MOMENT_LEFT_XZ))))) - mul_add(c(CONTACT_POINT_LEFT_X),
-            force_y_feet_left_front, c(CONTACT_POINT_LEFT_Y) * force_x_feet_left_back);
-        let y_left_wz = mul_add(-y_left_wx, row_wx_wz_left, mul_add(sin_ridge, bias_moment_right_y,
-            mul_add(-band_band_tension, c(POINT_HOOK_LEFT_X) * band_band_pull_0_left_y,
-            y_left_wz_sum)) + mul_add(c(DRAWN_CENTRE_LEFT_X), bias_force_right_x,
-            cos_ridge * bias_moment_right_z));
-        let y_left_vx_sum = mul_add(pivot_row_force_on_hinge_right_y, y_ridge,
-            mul_add(band_band_pull_0_left_x, band_band_tension, force_feet_left_x
-            + mul_add(c(-MINIMAL_MASS_LEFT_TIMES_GRAVITY_Z), axis_x_left_z,
-            mul_add(c(MINIMAL_FIRST_MOMENT_LEFT_X), minus_gradient_left_xx,
-            omega_left_xz * c(MINIMAL_FIRST_MOMENT_LEFT_Z)))) - subtree_force_on_hinge_right_y);
-        let y_left_vx = mul_add(-row_wy_vx_left, y_left_wy, y_left_vx_sum);
-        let y_left_vy_sum = mul_add(-y_left_wx, row_wx_vy_left, bias_force_right_x
-            + mul_add(band_band_pull_0_left_y, band_band_tension, force_feet_left_y
-            + mul_add(c(-MINIMAL_MASS_LEFT_TIMES_GRAVITY_Z), axis_y_left_z,
-            mul_add(c(-MINIMAL_FIRST_MOMENT_LEFT_X), omega_left_xy,
-            omega_left_yz * c(MINIMAL_FIRST_MOMENT_LEFT_Z)))));
-        let y_left_vy = mul_add(-row_wz_vy_left, y_left_wz, y_left_vy_sum);
-        let y_left_vz_sum = mul_add(-pivot_row_force_in_parent_right_z, y_ridge,
-            subtree_force_in_parent_right_z + mul_add(band_band_pull_0_left_z, band_band_tension,
-            force_z_feet_left_back + (force_z_feet_left_front
-            + mul_add(c(-MINIMAL_MASS_LEFT_TIMES_GRAVITY_Z), axis_z_left_z,
-            mul_add(c(-MINIMAL_FIRST_MOMENT_LEFT_X), omega_left_xz,
-            minus_gradient_left_zz * c(-MINIMAL_FIRST_MOMENT_LEFT_Z))))));
-        let y_left_vz = mul_add(-row_vx_vz_left, y_left_vx, mul_add(-row_wy_vz_left, y_left_wy,
-            y_left_vz_sum));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let held_acceleration_left_vy = inverse_pivot_vy_left * y_left_vy;
-        let held_acceleration_left_vz = inverse_pivot_vz_left * y_left_vz;
-        // left: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
-        let own_vx_left = mul_add(-row_vx_vz_left, held_acceleration_left_vz,
-            inverse_pivot_vx_left * y_left_vx);
-        let acceleration_left_wz = mul_add(-row_wz_vy_left, held_acceleration_left_vy,
-            inverse_pivot_wz_left * y_left_wz);
-        let acceleration_left_wy = mul_add(-row_wy_vx_left, own_vx_left, mul_add(-row_wy_vz_left,
-            held_acceleration_left_vz, inverse_pivot_wy_left * y_left_wy));
-        let acceleration_left_wx = mul_add(-row_wx_wz_left, acceleration_left_wz,
-            mul_add(-row_wx_vy_left, held_acceleration_left_vy, y_left_wx * inverse_pivot_wx_left));
-        // mechanism: results: what the function returns
-        let acceleration_ridge = mul_add(-pivot_row_moment_in_parent_right_y, acceleration_left_wy,
-            mul_add(pivot_row_force_on_hinge_right_y, own_vx_left,
-            mul_add(-pivot_row_force_in_parent_right_z, held_acceleration_left_vz,
-            c(INVERSE_PIVOT_RIGHT) * y_ridge)) - acceleration_left_wy);
-        let acceleration_left_vx = mul_add(axis_x_left_x, own_vx_left, mul_add(axis_z_left_x,
-            held_acceleration_left_vz, axis_y_left_x * held_acceleration_left_vy));
-        let acceleration_left_vy = mul_add(axis_x_left_y, own_vx_left, mul_add(axis_z_left_y,
-            held_acceleration_left_vz, axis_y_left_y * held_acceleration_left_vy));
-        let acceleration_left_vz = mul_add(axis_x_left_z, own_vx_left, mul_add(axis_z_left_z,
-            held_acceleration_left_vz, axis_y_left_z * held_acceleration_left_vy));
-        acceleration[0] = acceleration_ridge;
-        acceleration[1] = acceleration_left_vx;
-        acceleration[2] = acceleration_left_vy;
-        acceleration[3] = acceleration_left_vz;
-        acceleration[4] = acceleration_left_wx;
-        acceleration[5] = acceleration_left_wy;
-        acceleration[6] = acceleration_left_wz;
-        margin[0] = S::min(S::min(S::min(S::min(S::min(S::min(c(INVERSE_PIVOT_RIGHT),
-            inverse_pivot_vx_left), inverse_pivot_vy_left), inverse_pivot_vz_left),
-            inverse_pivot_wx_left), inverse_pivot_wy_left), inverse_pivot_wz_left);
+            omega_left_yz * c(SECOND_MOMENT_RIGHT_YZ)))) - mul_add(c(CONTACT_POINT_LEFT_X),
+            force_y_feet_left_front, c(BAND_BAND_DAMPING) * force_x_feet_left_back);
+        let reduced_independent_2_sum_2 = mul_add(c(DRAWN_CENTRE_LEFT_X), bias_force_right_x,
+            cos_ridge * net_moment_right_z) + mul_add(-composite_centre_left_x,
+            balance_force_left_y, mul_add(sin_ridge, net_moment_right_y, mul_add(-band_band_tension,
+            c(POINT_HOOK_LEFT_X) * band_band_pull_0_left_y, reduced_independent_2_sum)));
+        let reduced_independent_2 = mul_add(minus_lower_2_0, reduced_independent_0,
+            reduced_independent_2_sum_2);
+        let reduced_independent_3_sum = mul_add(-inertia_ridge_force_in_parent_right_z,
+            independent_fall_left_z, mul_add(inertia_ridge_force_on_hinge_right_y,
+            independent_fall_left_x, net_moment_right_x - mul_add(c(CUBIC_STIFFNESS_RIDGE),
+            q[0] * (q[0] * q[0]), mul_add(c(DAMPING_RIDGE), u[0], q[0] * c(STIFFNESS_RIDGE)))));
+        let reduced_independent_3 = mul_add(-lower_3_1, reduced_independent_1,
+            reduced_independent_3_sum);
+        let independent_3 = inverse_inertia_3 * reduced_independent_3;
+        let independent_2 = inverse_inertia_2 * reduced_independent_2;
+        let independent_1 = mul_add(-lower_3_1, independent_3,
+            inverse_inertia_1 * reduced_independent_1);
+        let independent_0 = mul_add(minus_lower_2_0, independent_2,
+            inverse_inertia_0 * reduced_independent_0);
+        // left: accelerations of all joints: du/dt = N y + p
+        let independent_origin_left_x = mul_add(-composite_centre_left_z, independent_1,
+            mul_add(minus_velocity_by_0_left_x, independent_3, independent_fall_left_x));
+        let independent_origin_left_y = mul_add(composite_centre_left_z, independent_0,
+            mul_add(-composite_centre_left_x, independent_2,
+            c(INVERSE_MASS_LEFT) * balance_force_left_y));
+        let independent_origin_left_z = mul_add(composite_centre_left_x, independent_1,
+            mul_add(-velocity_by_0_left_z, independent_3, independent_fall_left_z));
+        // mechanism: margin of the elimination: its smallest pivot, its largest entry of N
+        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
+        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
+        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
+        acceleration[0] = independent_3;
+        acceleration[1] = mul_add(axis_z_left_x, independent_origin_left_z, mul_add(axis_y_left_x,
+            independent_origin_left_y, axis_x_left_x * independent_origin_left_x));
+        acceleration[2] = mul_add(axis_z_left_y, independent_origin_left_z, mul_add(axis_y_left_y,
+            independent_origin_left_y, axis_x_left_y * independent_origin_left_x));
+        acceleration[3] = mul_add(axis_z_left_z, independent_origin_left_z, mul_add(axis_x_left_z,
+            independent_origin_left_x, mul_add(axis_y_left_z, independent_origin_left_y,
+            c(-GRAVITY_Z))));
+        acceleration[4] = independent_0;
+        acceleration[5] = independent_1;
+        acceleration[6] = independent_2;
+        margin[0] = inverse_inertia_to_3;
         margin[1] = c(1.0);
     }
 }

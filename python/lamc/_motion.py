@@ -111,6 +111,12 @@ class Motion:
         return self._shaped("contacts", len(self.model.contact_points), 6)
 
     @property
+    def tensions(self) -> Array:
+        """Tensions of the springs between points, then of the tendons, in the order of the file (S, L), N."""
+        tensions = self._arrays["tensions"]
+        return tensions.reshape(len(self), len(tensions) // max(1, len(self)))
+
+    @property
     def rotation(self) -> Array:
         """Rotation matrices of the bodies (S, bodies, 3, 3): a point drawn at x lies at R x + p."""
         poses = self._shaped("poses", len(self.model.bodies), 12)

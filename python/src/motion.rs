@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lamc::pipeline::Compiled;
 use lamc::source::free::{COORDINATES, SPEEDS};
 use lamc_runtime::{Energy, State};
-use lamc_workbench::motion::{Course, Motion as Recorded, Pose, Sample};
+use lamc_workbench::motion::{Course, Motion as Recorded, Pose, Sample, Tensions};
 use lamc_workbench::page;
 use lamc_workbench::picture::{Encoder, Renderer, View};
 use lamc_workbench::scene::{Scene, moment_at};
@@ -58,6 +58,7 @@ struct Arrays<'py> {
     points: PyReadonlyArray1<'py, f64>,
     poses: PyReadonlyArray1<'py, f64>,
     contacts: PyReadonlyArray1<'py, f64>,
+    tensions: PyReadonlyArray1<'py, f64>,
     inputs: PyReadonlyArray1<'py, f64>,
 }
 
@@ -85,6 +86,8 @@ impl Arrays<'_> {
             [rows(&self.kinetic, 1)?, rows(&self.potential, 1)?, rows(&self.closure, 1)?];
         let (places, poses) = (rows(&self.points, 3 * points)?, rows(&self.poses, 12 * bodies)?);
         let touched = rows(&self.contacts, 6 * contacts)?;
+        let tensions = motion.tensions.len();
+        let pulls = rows(&self.tensions, tensions)?;
         let of =
             |numbers: &[f64], row: usize, width: usize| numbers[row * width..][..width].to_vec();
         let sample = |(row, &t): (usize, &f64)| Sample {
@@ -97,6 +100,7 @@ impl Arrays<'_> {
             points: of(&places, row, 3 * points).as_chunks().0.to_vec(),
             poses: of(&poses, row, 12 * bodies).as_chunks().0.iter().map(pose).collect(),
             contacts: of(&touched, row, 6 * contacts).as_chunks().0.to_vec(),
+            tensions: of(&pulls, row, tensions),
         };
         Ok(t.iter().enumerate().map(sample).collect())
     }
@@ -151,6 +155,8 @@ impl Motion {
         events: Vec<Vec<Found>>,
     ) -> PyResult<Self> {
         let mut recorded = Recorded::new(program.interface());
+        let mechanism = &program.compiled.topology.mechanism;
+        recorded.tensions = Tensions::new(mechanism).names().collect();
         recorded.samples = arrays.samples(&recorded)?;
         (recorded.complete, recorded.course) = (complete, Course::Time);
         let state = |(t, q, u)| State { t, q, u };
@@ -183,6 +189,7 @@ impl Motion {
             ("points", self.gathered(py, |sample| sample.points.as_flattened().to_vec())),
             ("poses", self.gathered(py, poses)),
             ("contacts", self.gathered(py, |sample| sample.contacts.as_flattened().to_vec())),
+            ("tensions", self.gathered(py, |sample| sample.tensions.clone())),
             ("inputs", array(py, &self.inputs)),
         ]
     }

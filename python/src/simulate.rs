@@ -208,6 +208,7 @@ impl Program {
         let (simulation, outcome) = py.detach(|| {
             let simulation = Simulation::new(system, state, work, &settings);
             let mut simulation = simulation.map_err(|failure| self.failure(&failure))?;
+            simulation.record_tensions(&self.compiled.topology.mechanism);
             events.into_iter().for_each(|event| simulation.watch(event));
             let outcome = run(&mut simulation, times, &start, |sample, state| match controller {
                 // The first call was made before.

@@ -20,12 +20,15 @@ use super::mass::MassMatrix;
 use super::momentum::Momentum;
 use super::outputs::Outputs;
 use crate::laminate::Geometry;
-use crate::source::Diagnostics;
+use crate::source::{Diagnostics, JointId};
 use crate::symbolic::{self, Algebra, Expr, SessionError};
-use crate::topology::Topology;
+use crate::topology::{Reduction, Topology};
 
 /// Entries of J up to which its rows are reduced one by one although independent speeds are known.
 const MOST_ROW_ENTRIES: usize = 600;
+
+/// Joints of a tree on free bodies up to which the reduction is tried: its cost grows as their third power.
+const MOST_FREE_JOINTS: usize = 12;
 
 /// The reason why no equations could be derived.
 #[derive(Debug, thiserror::Error)]
@@ -133,11 +136,24 @@ fn defined(binder: &mut Binder) -> Result<(), Diagnostics> {
     if problems.has_errors() { Err(problems) } else { Ok(()) }
 }
 
-/// Derives the solution for independent speeds, for mechanisms of several loops.
+/// Derives the solution for independent speeds, for mechanisms of several loops or with free bodies.
 fn reduced(binder: &mut Binder, phases: &Phases) -> Option<Reduced> {
     let topology = binder.topology();
-    let reduction = topology.reduction.as_ref().filter(|_| topology.loops.len() > 1)?;
-    let reduced = IndependentSpeeds::new(binder, phases, reduction);
+    let mechanism = &topology.mechanism;
+    let has_free = !mechanism.free.is_empty();
+    let reduced = if topology.loops.is_empty() {
+        let joints = mechanism.joints.len();
+        if !has_free || joints > MOST_FREE_JOINTS {
+            return None;
+        }
+        // Without loops every joint is independent.
+        let independent = (0..joints).map(JointId).collect();
+        IndependentSpeeds::new(binder, phases, &Reduction { independent, pivots: Vec::new() })
+    } else {
+        let suits = has_free || topology.loops.len() > 1;
+        let reduction = topology.reduction.as_ref().filter(|_| suits)?;
+        IndependentSpeeds::new(binder, phases, reduction)
+    };
     Some(Reduced {
         accelerations: binder.trees(&reduced.accelerations),
         positions: binder.trees(&reduced.positions),

@@ -8,11 +8,12 @@ use super::binder::Binder;
 use super::contact::Contacts;
 use super::elements::{Elements, motor_torque};
 use super::facts::AXES;
+use super::free::Free;
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
 use super::link::{Freedom, Hinge, Link};
 use super::motion::Motion;
-use super::vector::{Vector, cross, dot, scale, sub};
+use super::vector::{Vector, cross, dot, scale, sub, zero};
 use super::wrench::Wrench;
 use crate::laminate::{Body, fixed};
 use crate::source::Expression;
@@ -133,6 +134,34 @@ impl Loads {
         motion_of: impl Fn(NodeId) -> &'m Motion,
         names: &WrenchNames,
     ) -> Vec<Wrench> {
+        let at_root =
+            |free: &Free, motion: &Motion| sub(&free.down(&self.gravity), &motion.acceleration);
+        self.with_roots(binder, kinematics, inertias, motion_of, at_root, names)
+    }
+
+    /// Returns the same wrenches as seen from the origins of free bodies: g - a is zero there.
+    pub fn on_falling_bodies<'m>(
+        &self,
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        inertias: &[SpatialInertia],
+        motion_of: impl Fn(NodeId) -> &'m Motion,
+        names: &WrenchNames,
+    ) -> Vec<Wrench> {
+        let at_root = |_: &Free, _: &Motion| zero();
+        self.with_roots(binder, kinematics, inertias, motion_of, at_root, names)
+    }
+
+    /// Returns these wrenches for given g - a at the origins of free bodies.
+    fn with_roots<'m>(
+        &self,
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        inertias: &[SpatialInertia],
+        motion_of: impl Fn(NodeId) -> &'m Motion,
+        at_root: impl Fn(&Free, &Motion) -> Vector,
+        names: &WrenchNames,
+    ) -> Vec<Wrench> {
         let rest = Motion::rest();
         let mut apparent: Vec<Vector> = Vec::with_capacity(inertias.len());
         let mut wrenches = Vec::with_capacity(inertias.len());
@@ -141,7 +170,7 @@ impl Loads {
             let phase = names.gravity_phase;
             let gravity = match (&link.freedom, link.parent) {
                 (Freedom::Free(free), _) => {
-                    let gravity = sub(&free.down(&self.gravity), &motion_of(node).acceleration);
+                    let gravity = at_root(free, motion_of(node));
                     binder.vector(node, phase, APPARENT_GRAVITY, gravity)
                 }
                 (_, None) => apparent_gravity(binder, link, &self.gravity, &rest, phase),

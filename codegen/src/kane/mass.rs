@@ -141,7 +141,8 @@ impl MassMatrix {
     }
 }
 
-fn bind_composite(binder: &mut Binder, link: &Link, body: SpatialInertia) -> SpatialInertia {
+/// Binds the composite of a node and all beyond it.
+pub fn bind_composite(binder: &mut Binder, link: &Link, body: SpatialInertia) -> SpatialInertia {
     let (node, phase) = (link.node, Phase::CompositeInertia);
     SpatialInertia {
         mass: binder.scalar(node, phase, "composite_mass", body.mass),
@@ -151,7 +152,7 @@ fn bind_composite(binder: &mut Binder, link: &Link, body: SpatialInertia) -> Spa
 }
 
 /// Returns the same composite about the parent's origin, in the parent's frame.
-fn carry_composite(binder: &mut Binder, link: &Link, body: &SpatialInertia) -> SpatialInertia {
+pub fn carry_composite(binder: &mut Binder, link: &Link, body: &SpatialInertia) -> SpatialInertia {
     let (node, phase, r) = (link.node, Phase::CompositeInertia, &link.offset);
     let first = link.up(binder, phase, "composite_first_moment", &body.first_moment);
     let first = binder.vector(node, phase, "composite_first_moment_in_parent", first);

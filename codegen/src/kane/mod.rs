@@ -26,7 +26,7 @@
 //! | outputs | poses, points, drives | `outputs` |
 //! | inverse dynamics | residuals at given du/dt and lambda, hinge reactions | `inverse` |
 //! | articulated bodies | M du/dt = b body by body | `articulated`, `floating`, `unit_rows` |
-//! | independent speeds | du/dt = N y + p without closure forces | `independent` |
+//! | independent speeds | du/dt = N y + p without closure forces | `independent`, of `composite` for free bodies |
 //!
 //! Modules that the phases share: `binder` names intermediates, `section` says where they belong and
 //! holds the equation of every phase, `fact` names the model's numbers, `formula` evaluates the model's
@@ -35,6 +35,7 @@
 mod articulated;
 mod binder;
 mod closure;
+mod composite;
 mod contact;
 mod derive;
 mod elements;

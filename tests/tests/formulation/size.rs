@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use lamc::backend::rust::Options;
 use lamc::pipeline::rust_module;
+use lamc::program::FunctionKind;
 use lamc_tests::chain::chain;
-use lamc_tests::compile_text;
+use lamc_tests::{compile_text, workspace};
 
 #[test]
 fn modules_grow_as_the_square_of_the_hinges() {
@@ -27,4 +28,22 @@ fn modules_grow_as_the_square_of_the_hinges() {
         // Names grow by a digit, too.
         assert!(pair[1].1 <= 4 * pair[0].1 + pair[0].1 / 4, "{sizes:?}");
     }
+}
+
+/// A free base costs at most two and a half times the operations of a fixed one.
+#[test]
+fn a_free_six_bar_costs_little_more_than_twice_a_fixed_one() {
+    let path = workspace().join("examples/sixbar.yaml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let operations = |text: &str| {
+        let program = compile_text(text).program;
+        let acceleration = program.function_of(FunctionKind::Acceleration);
+        let operations = acceleration.cost().total();
+        println!("{operations} operations, critical path {}", acceleration.critical_path());
+        assert!(operations > 0);
+        operations
+    };
+    let fixed = operations(&text);
+    let free = operations(&text.replacen("fixed: true", "free: true", 1));
+    assert!(2 * free <= 5 * fixed, "{free} {fixed}");
 }

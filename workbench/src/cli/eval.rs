@@ -6,8 +6,9 @@ use lamc::laminate::verdicts;
 use lamc::pipeline::Compiled;
 use lamc::source::Severity;
 use lamc_runtime::plumbing::{Balance, EquationsMut};
-use lamc_runtime::{Constraint, Error, Mechanism as _, acceleration_and_forces, project};
+use lamc_runtime::{Constraint, Error, Mechanism as _, State, acceleration_and_forces, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::motion::Tensions;
 use lamc_workbench::reading::{StateInput, states};
 use lamc_workbench::simulation::describe;
 use serde::Serialize;
@@ -72,6 +73,9 @@ struct StateReport {
     /// By contact point, position (m) and force on the body (N), in the base frame.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     contacts: BTreeMap<String, Vec<f64>>,
+    /// Of springs between points and tendons, N.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    tensions: BTreeMap<String, f64>,
     /// Of driven joints, N m.
     motor_torques: BTreeMap<String, f64>,
 }
@@ -190,6 +194,10 @@ fn evaluate(
     system.write_contacts(state.t, &q, &u, &mut contacts).map_err(message)?;
     let named = system.interface().contacts.iter().cloned();
     let contacts = named.zip(contacts.chunks(6).map(<[f64]>::to_vec)).collect();
+    let tensions = Tensions::new(mechanism);
+    let here = State { t: state.t, q: q.clone(), u: u.clone() };
+    let found = tensions.at(system, &here).map_err(message)?;
+    let tensions = tensions.names().zip(found).collect();
     let mut motor_torques = BTreeMap::new();
     for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {
         motor_torques.insert(system.interface().joints[joint.index()].name.clone(), torque);
@@ -215,6 +223,7 @@ fn evaluate(
         u,
         reactions: reactions.chunks(6).map(<[f64]>::to_vec).collect(),
         contacts,
+        tensions,
         motor_torques,
         acceleration,
         constraint_rank: constraint.rank,

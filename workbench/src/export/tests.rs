@@ -49,6 +49,7 @@ fn motion(angles: &[f64]) -> Motion {
         closure: 0.0,
         points: Vec::new(),
         contacts: Vec::new(),
+        tensions: Vec::new(),
         poses: vec![turned(0.0), turned(*q)],
     };
     Motion {
@@ -59,6 +60,7 @@ fn motion(angles: &[f64]) -> Motion {
         bodies: vec!["left".into(), "right".into()],
         points: Vec::new(),
         contacts: Vec::new(),
+        tensions: Vec::new(),
         size: 0.05,
         samples: angles.iter().enumerate().map(sample).collect(),
         complete: true,

@@ -208,6 +208,7 @@ impl Fold {
                 points: mechanism.points.iter().map(at).collect(),
                 poses,
                 contacts: Vec::new(),
+                tensions: Vec::new(),
             }
         };
         Motion {
@@ -218,6 +219,7 @@ impl Fold {
             bodies: mechanism.bodies.iter().map(|body| body.name.clone()).collect(),
             points: mechanism.points.iter().map(|point| point.name.clone()).collect(),
             contacts: Vec::new(),
+            tensions: Vec::new(),
             size: mechanism.size,
             samples: path.samples.iter().map(sample).collect(),
             complete: path.end == End::Reached,

@@ -8,7 +8,7 @@ use lamc_runtime::Energy;
 use super::Motion;
 
 impl Motion {
-    /// Time, coordinates, speeds, accelerations, energies, closure, points and contacts. Numbers are written so
+    /// Time, coordinates, speeds, accelerations, energies, closure, points, contacts and tensions. Numbers are written so
     /// that they read back as they are.
     pub fn to_csv(&self) -> String {
         let mut text = "t [s]".to_owned();
@@ -43,6 +43,9 @@ impl Motion {
                 let _ = write!(text, ",{contact}.f{axis} [N]");
             }
         }
+        for tension in &self.tensions {
+            let _ = write!(text, ",{tension}.tension [N]");
+        }
         text.push('\n');
         for sample in &self.samples {
             let Energy { kinetic, potential } = sample.energy;
@@ -50,7 +53,7 @@ impl Motion {
             let whole = [kinetic, potential, sample.closure];
             let _ = write!(text, "{:?}", sample.t);
             let places = sample.points.as_flattened().iter().chain(sample.contacts.as_flattened());
-            for number in joints.chain(&whole).chain(places) {
+            for number in joints.chain(&whole).chain(places).chain(&sample.tensions) {
                 let _ = write!(text, ",{number:?}");
             }
             text.push('\n');

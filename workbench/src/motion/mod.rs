@@ -3,11 +3,13 @@
 mod audit;
 mod csv;
 mod npz;
+mod tensions;
 #[cfg(test)]
 mod tests;
 mod work;
 
 pub use audit::{Audit, Gain};
+pub use tensions::Tensions;
 pub use work::Work;
 
 use lamc_runtime::{Energy, Error, Mechanism, State, acceleration_in_motion};
@@ -32,6 +34,8 @@ pub struct Motion {
     pub points: Vec<String>,
     /// Contact points, in the order of [`Sample::contacts`].
     pub contacts: Vec<String>,
+    /// Springs between points and tendons, in the order of [`Sample::tensions`].
+    pub tensions: Vec<String>,
     /// Diagonal of the flat bounding box, m.
     pub size: f64,
     /// By ascending time.
@@ -98,6 +102,8 @@ pub struct Sample {
     pub poses: Vec<Pose>,
     /// Position, m, of each contact point, and the force on its body, N, in the base frame.
     pub contacts: Vec<[f64; 6]>,
+    /// Tension of each spring between points and each tendon, N.
+    pub tensions: Vec<f64>,
 }
 
 /// The pose of a body: the point drawn at x lies at R x + p in the base frame.
@@ -120,6 +126,7 @@ impl Motion {
             bodies: interface.bodies.iter().map(|body| body.name.clone()).collect(),
             points: interface.points.clone(),
             contacts: interface.contacts.clone(),
+            tensions: Vec::new(),
             size: interface.size,
             samples: Vec::new(),
             complete: true,
@@ -151,6 +158,7 @@ impl Motion {
             points: system.points(&q)?.as_ref().to_vec(),
             poses: system.poses(&q)?.as_ref().iter().map(pose).collect(),
             contacts,
+            tensions: Vec::new(),
             q,
             u,
         });

@@ -22,6 +22,7 @@ impl Motion {
     /// rotations T x B x 3 x 3             R of the bodies: x drawn lies at R x + p
     /// translations T x B x 3              p, m
     /// contacts K, forces T x K x 6        position, m, and force, N, of contact points, if there are any
+    /// tension_names L, tensions T x L     N, of springs between points and tendons, if there are any
     /// complete                            whether the motion was simulated to its end
     /// ```
     ///
@@ -57,6 +58,11 @@ impl Motion {
             archive.names("contacts", &self.contacts)?;
             let forces = self.samples.iter().flat_map(|sample| sample.contacts.as_flattened());
             archive.numbers("forces", &[samples, self.contacts.len(), 6], forces.copied())?;
+        }
+        if !self.tensions.is_empty() {
+            archive.names("tension_names", &self.tensions)?;
+            let tensions = self.samples.iter().flat_map(|sample| &sample.tensions);
+            archive.numbers("tensions", &[samples, self.tensions.len()], tensions.copied())?;
         }
         archive.array("complete", &[], bool::default_dtype(), std::iter::once(self.complete))?;
         Ok(archive.0.finish()?.into_inner())

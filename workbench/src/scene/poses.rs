@@ -106,6 +106,7 @@ mod tests {
             closure: 0.0,
             points: Vec::new(),
             contacts: vec![[0.0, 0.0, 0.0, t, 2.0, -t]],
+            tensions: Vec::new(),
             poses: vec![pose(t)],
         };
         let motion = Motion {
@@ -116,6 +117,7 @@ mod tests {
             bodies: vec!["body".to_owned()],
             points: Vec::new(),
             contacts: vec!["foot".to_owned()],
+            tensions: Vec::new(),
             size: 1.0,
             samples: [0.5, 0.6, 0.9].map(sample).to_vec(),
             complete: true,

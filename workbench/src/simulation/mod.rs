@@ -41,7 +41,7 @@ pub use unfold::{Fold, unfold};
 use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped, acceleration};
 
 use crate::execution::Jit;
-use crate::motion::{Audit, Motion, Work};
+use crate::motion::{Audit, Motion, Tensions, Work};
 use events::Watch;
 use pace::Pace;
 use plates::Plates;
@@ -108,6 +108,7 @@ pub struct Simulation {
     steps: Steps,
     pace: Pace,
     motion: Motion,
+    tensions: Tensions,
     work: Option<Work>,
     audit: Audit,
     stopped: Vec<bool>,
@@ -153,6 +154,7 @@ impl Simulation {
             steps: Steps::default(),
             pace: Pace::new(settings.duration),
             motion,
+            tensions: Tensions::default(),
             work,
             audit,
             stopped,
@@ -181,13 +183,7 @@ impl Simulation {
             if reached == Reached::Interrupted {
                 return Ok(());
             }
-            let outcome = self.motion.record(&self.system, &self.state);
-            outcome.map_err(|error| self.failure(&error))?;
-            if let (Method::Rigid { .. }, Some(sample)) =
-                (self.method, self.motion.samples.last_mut())
-            {
-                self.rigid.correct(&self.system, &self.state, sample);
-            }
+            self.record().map_err(|error| self.failure(&error))?;
             recorded(self.motion.samples.len());
             if reached == Reached::Event {
                 break;

@@ -1,8 +1,11 @@
-//! The times at which a motion is recorded.
+//! The times at which a motion is recorded, and what a sample has.
 
-use lamc_runtime::Mechanism as _;
+use lamc::laminate::Mechanism;
+use lamc_runtime::{Error, Mechanism as _};
 
+use super::{Method, Simulation};
 use crate::execution::Jit;
+use crate::motion::Tensions;
 
 /// Most numbers a recorded motion may have: a gigabyte.
 const MOST_NUMBERS: f64 = 125e6;
@@ -30,4 +33,24 @@ pub fn sample_times(system: &Jit, duration: f64, rate: f64) -> Result<Vec<f64>, 
         return Err(TooMany { samples, most: MOST_NUMBERS / numbers });
     }
     Ok((0..=samples as usize).map(|sample| (sample as f64 / rate).min(duration)).collect())
+}
+
+impl Simulation {
+    /// Records the tensions of the springs and tendons of the mechanism in each further sample.
+    pub fn record_tensions(&mut self, mechanism: &Mechanism) {
+        self.tensions = Tensions::new(mechanism);
+        self.motion.tensions = self.tensions.names().collect();
+    }
+
+    /// Records the state that was reached.
+    pub(super) fn record(&mut self) -> Result<(), Error> {
+        let tensions = self.tensions.at(&self.system.system, &self.state)?;
+        self.motion.record(&self.system, &self.state)?;
+        let Some(sample) = self.motion.samples.last_mut() else { return Ok(()) };
+        sample.tensions = tensions;
+        if let Method::Rigid { .. } = self.method {
+            self.rigid.correct(&self.system, &self.state, sample);
+        }
+        Ok(())
+    }
 }

@@ -204,3 +204,29 @@ initial: { bodies: { plate: { position: [0, 0, 5], turn: [0, 20 deg, 0.5] } } }
     let reach = step * heave * std::f64::consts::TAU * 3_f64.sqrt();
     assert!((reach / 8_f64.sqrt() - 1.0).abs() < 0.02, "{step}");
 }
+
+/// The finger's tendon has the tension of its input, its band that of its length, in `eval` as in the columns of
+/// `simulate`.
+#[test]
+fn tensions_are_written() {
+    let finger = example("finger.yaml");
+    let found = json(&run(&["eval", &finger, "--input", "pull=0.05"]));
+    let found = &found["states"][0]["tensions"];
+    assert_eq!(found["tendons.flexor"], 0.05);
+    let rubber = found["springs.rubber"].as_f64().unwrap_or(f64::NAN);
+    // As drawn, its ends are 90 mm apart.
+    assert!((rubber - 3.0 * 0.01).abs() < 1e-12, "{rubber}");
+    let csv =
+        run(&["simulate", &finger, "--input", "pull=0.05", "--duration", "0.02", "--csv", "-"]);
+    let csv = text(&csv.stdout);
+    let mut lines = csv.lines();
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let first: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    assert_eq!(header.len(), first.len());
+    assert_eq!(
+        header[header.len() - 2..],
+        ["springs.rubber.tension [N]", "tendons.flexor.tension [N]"]
+    );
+    assert_eq!(first[first.len() - 1], "0.05");
+    assert_eq!(first[first.len() - 2].parse::<f64>().unwrap_or(f64::NAN), rubber);
+}

@@ -17,7 +17,7 @@ pub struct Elimination {
     inverse_pivots: Vec<Expr>,
     /// Multiples of an earlier pivot row that were taken from each pivot row: its place and the factor.
     factors: Vec<Vec<(usize, Expr)>>,
-    /// N, by speed, one number per independent speed.
+    /// N, by speed, one number per independent joint; free bodies, which the closure leaves out, have zeros.
     pub null_space: Vec<Vec<Expr>>,
 }
 
@@ -70,13 +70,10 @@ impl Elimination {
     }
 
     fn null_space(&self, binder: &mut Binder, reduction: &Reduction, n: usize) -> Vec<Vec<Expr>> {
-        let joints = reduction.independent.iter().map(|joint| joint.index());
-        let free = binder.mechanism().joints.len()..n;
-        let independent: Vec<usize> = joints.chain(free).collect();
-        let d = independent.len();
+        let d = reduction.independent.len();
         let mut table = vec![vec![Expr::zero(); d]; n];
-        for (k, speed) in independent.into_iter().enumerate() {
-            table[speed][k] = Expr::one();
+        for (k, joint) in reduction.independent.iter().enumerate() {
+            table[joint.index()][k] = Expr::one();
         }
         let section = Section::mechanism(Phase::NullSpace);
         for ((Pivot { joint, .. }, row), inverse) in

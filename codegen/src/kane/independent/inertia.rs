@@ -1,7 +1,7 @@
 //! Inertia of the independent speeds: N^T M N and its factor.
 
 use super::elimination::{Elimination, transposed};
-use super::folded;
+use super::factor::Factor;
 use crate::kane::binder::Binder;
 use crate::kane::inertia::Inertias;
 use crate::kane::kinematics::Kinematics;
@@ -10,7 +10,7 @@ use crate::kane::mass::MassMatrix;
 use crate::kane::vector::{Vector, add, cross, dot, zero};
 use crate::kane::wrench::Wrench;
 use crate::program::{Phase, Section};
-use crate::symbolic::{Expr, Function};
+use crate::symbolic::Expr;
 
 /// Number of independent speeds up to which N^T M N is summed over the bodies' velocities; for more of
 /// them it is computed from M.
@@ -18,9 +18,7 @@ const FEW: usize = 2;
 
 /// N^T M N, factored, and what else of M is needed.
 pub struct Inertia {
-    /// L below its diagonal, by rows.
-    lower: Vec<Vec<Expr>>,
-    inverse_pivots: Vec<Expr>,
+    pub factor: Factor,
     moving: Moving,
 }
 
@@ -75,13 +73,7 @@ impl Inertia {
                 };
             }
         }
-        let (lower, inverse_pivots) = factored(binder, entries);
-        Self { lower, inverse_pivots, moving }
-    }
-
-    /// Returns the least of 1 / D.
-    pub fn least_inverse_pivot(&self, binder: &mut Binder) -> Expr {
-        folded(binder, Function::Min, "inverse_inertia", self.inverse_pivots.clone())
+        Self { factor: Factor::new(binder, entries), moving }
     }
 
     /// Returns N^T M x for the N of `table`.
@@ -106,23 +98,6 @@ impl Inertia {
             Moving::Joints(products) => transposed(products, x),
         }
     }
-
-    /// Returns (N^T M N)^-1 b.
-    pub fn solve(&self, binder: &mut Binder, mut b: Vec<Expr>, name: &str) -> Vec<Expr> {
-        let section = Section::mechanism(Phase::IndependentAcceleration);
-        let d = b.len();
-        for k in 0..d {
-            let terms = self.lower[k].iter().zip(&b[..k]).map(|(l, b)| l * b);
-            let sum = terms.fold(b[k].clone(), |sum, term| &sum - &term);
-            b[k] = binder.bind(section, format!("reduced_{name}_{k}"), sum);
-        }
-        for k in (0..d).rev() {
-            let later = self.lower.iter().zip(&b).skip(k + 1).map(|(row, b)| &row[k] * b);
-            let sum = later.fold(&self.inverse_pivots[k] * &b[k], |sum, term| &sum - &term);
-            b[k] = binder.bind(section, format!("{name}_{k}"), sum);
-        }
-        b
-    }
 }
 
 /// Returns the sum over the motors of the inertia of the rotor times a factor of its joint.
@@ -130,32 +105,6 @@ fn of_rotors(kinematics: &Kinematics, factor: impl Fn(usize) -> Expr) -> Expr {
     let motors = kinematics.links().iter().filter(|link| !link.rotor.is_zero());
     let terms = motors.map(|link| &link.rotor * &factor(link.speeds().start));
     terms.fold(Expr::zero(), |sum, term| &sum + &term)
-}
-
-/// Returns L and 1 / D of a symmetric matrix L D L^T.
-fn factored(binder: &mut Binder, mut entries: Vec<Vec<Expr>>) -> (Vec<Vec<Expr>>, Vec<Expr>) {
-    let section = Section::mechanism(Phase::IndependentInertia);
-    let d = entries.len();
-    let mut lower = vec![vec![Expr::zero(); d]; d];
-    let mut inverse_pivots = Vec::with_capacity(d);
-    for k in 0..d {
-        for row in k..d {
-            let mut sum = entries[row][k].clone();
-            for earlier in 0..k {
-                // lower holds L D until the column is divided.
-                sum = &sum - &(&lower[row][earlier] * &entries[k][earlier]);
-            }
-            entries[row][k] = binder.bind(section, format!("inertia_{row}_{k}"), sum);
-        }
-        let inverse = entries[k][k].power(-1);
-        let inverse = binder.bind(section, format!("inverse_inertia_{k}"), inverse);
-        for row in k + 1..d {
-            let value = &entries[row][k] * &inverse;
-            lower[row][k] = binder.bind(section, format!("lower_{row}_{k}"), value);
-        }
-        inverse_pivots.push(inverse);
-    }
-    (lower, inverse_pivots)
 }
 
 /// Returns M N.

@@ -2,7 +2,7 @@
 //! forces.
 //!
 //! The closure J a = b is solved by the elimination that [`Reduction`] describes: a = N y + p, where y
-//! belongs to the independent joints and the free bodies, N solves it for b = 0, and p has zeros for y. Kane's equations of
+//! belongs to the independent joints, N solves it for b = 0, and p has zeros for y. Kane's equations of
 //! the independent speeds have no closure forces, because N^T J^T = 0:
 //!
 //! ```text
@@ -21,21 +21,28 @@
 //! ```
 
 mod elimination;
+mod factor;
+mod free;
 mod inertia;
 
 use self::elimination::{Elimination, transposed};
+use self::free::FreeInertia;
 use self::inertia::Inertia;
 use super::binder::Binder;
 use super::closure::Closure;
 use super::forces::{along_speeds, gathered};
 use super::frame::Frames;
+use super::free::Free;
 use super::inertia::Inertias;
 use super::inverse::{Given, GivenMotion};
 use super::kinematics::Kinematics;
 use super::loads::{Loads, WrenchNames};
+use super::vector::{add, zero};
+use super::wrench::Wrench;
 use crate::program::{Phase, Section};
+use crate::source::free::SPEEDS;
 use crate::symbolic::{Expr, Function};
-use crate::topology::{Pivot, Reduction};
+use crate::topology::{NodeId, Pivot, Reduction};
 
 /// Entries of N whose size makes a margin as small as a pivot of a hundredth: 20.
 const GROWTH: f64 = 5.0;
@@ -61,51 +68,103 @@ pub struct Phases<'a> {
 impl IndependentSpeeds {
     /// Derives the reduction.
     pub fn new(binder: &mut Binder, phases: &Phases, reduction: &Reduction) -> Self {
-        let Phases { frames, kinematics, inertias: shared, loads, closure } = phases;
+        let elimination = Elimination::new(binder, phases.closure, reduction);
+        match binder.mechanism().free.is_empty() {
+            true => Self::of_joints(binder, phases, &elimination),
+            false => Self::with_free_bodies(binder, phases, &elimination),
+        }
+    }
+
+    fn of_joints(binder: &mut Binder, phases: &Phases, elimination: &Elimination) -> Self {
+        let Phases { frames, kinematics, inertias: shared, closure, .. } = phases;
         let inertias = Inertias::of_whole_bodies(binder, frames);
-        let elimination = Elimination::new(binder, closure, reduction);
-        let inertia = Inertia::new(binder, kinematics, &inertias, &elimination);
-        let wanted: Vec<Expr> = closure.gamma.iter().map(|gamma| -gamma).collect();
-        let given = elimination.solve(binder, &wanted, "given");
-        let forces = imbalance(binder, kinematics, &inertias, loads, given.clone());
+        let inertia = Inertia::new(binder, kinematics, &inertias, elimination);
+        let given = elimination.solve(binder, &opening(closure), "given");
+        let (forces, _) = imbalance(binder, phases, &inertias, given.clone());
         let reduced = transposed(&elimination.null_space, &forces);
-        let y = inertia.solve(binder, reduced, "independent");
+        let y = inertia.factor.solve(binder, reduced, "independent");
         let accelerations = elimination.combined(binder, &given, &y, "acceleration", 1.0);
-        let conditioning = conditioning(binder, closure, &elimination);
-        let margin = vec![inertia.least_inverse_pivot(binder), conditioning.clone()];
+        let conditioning = conditioning(binder, closure, elimination);
+        let margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning.clone()];
         // The metric of a projection is that of M, also where the loops are open.
-        let inertia = Inertia::new(binder, kinematics, shared, &elimination);
+        let inertia = Inertia::new(binder, kinematics, shared, elimination);
         let mut correct = |wanted: &[Expr], name: &str| {
             let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
             let reduced =
                 inertia.momentum(binder, kinematics, &elimination.null_space, &given, name);
-            let y = inertia.solve(binder, reduced, &format!("along_{name}"));
+            let y = inertia.factor.solve(binder, reduced, &format!("along_{name}"));
             elimination.combined(binder, &given, &y, &format!("correction_{name}"), -1.0)
         };
         let positions = correct(&closure.row_residual, "q");
         let speeds = correct(&closure.row_velocity, "u");
-        let projection_margin = vec![inertia.least_inverse_pivot(binder), conditioning];
+        let projection_margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning];
+        Self { accelerations, margin, positions, speeds, projection_margin }
+    }
+
+    fn with_free_bodies(binder: &mut Binder, phases: &Phases, elimination: &Elimination) -> Self {
+        let Phases { frames, kinematics, inertias: shared, loads, closure } = phases;
+        let table = &elimination.null_space;
+        let inertias = Inertias::of_whole_bodies(binder, frames);
+        let inertia = FreeInertia::new(binder, kinematics, &inertias, table);
+        let given = elimination.solve(binder, &opening(closure), "given");
+        let at_rest = vec![Expr::zero(); given.len()];
+        let (forces, beyond) = imbalance(binder, phases, &inertias, at_rest);
+        let reduced = transposed(table, &forces);
+        let on_root = |node: NodeId| beyond[node.index()].clone();
+        let solution = inertia.solve(binder, &given, reduced, on_root, "independent");
+        let mut accelerations =
+            elimination.combined(binder, &given, &solution.joints, "acceleration", 1.0);
+        let bias = |node, free: &Free| kinematics.motion(node).relative_acceleration(&free.centre);
+        for (first, [linear, alpha]) in inertia.accelerations(&solution, bias) {
+            let linear = add(&linear, loads.gravity());
+            accelerations.splice(first..first + SPEEDS, linear.into_iter().chain(alpha));
+        }
+        let conditioning = conditioning(binder, closure, elimination);
+        let margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning.clone()];
+        let inertia = FreeInertia::new(binder, kinematics, shared, table);
+        let mut correct = |wanted: &[Expr], name: &str| {
+            let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
+            let none = vec![Expr::zero(); table.first().map_or(0, Vec::len)];
+            let along = format!("along_{name}");
+            let solution = inertia.solve(binder, &given, none, |_| Wrench::zero(), &along);
+            let name = format!("correction_{name}");
+            let mut correction = elimination.combined(binder, &given, &solution.joints, &name, 1.0);
+            for (first, [linear, alpha]) in inertia.accelerations(&solution, |_, _| zero()) {
+                correction.splice(first..first + SPEEDS, linear.into_iter().chain(alpha));
+            }
+            correction
+        };
+        let positions = correct(&closure.row_residual, "q");
+        let speeds = correct(&closure.row_velocity, "u");
+        let projection_margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning];
         Self { accelerations, margin, positions, speeds, projection_margin }
     }
 }
 
-/// Returns f - M a at given a.
+/// Returns b of the accelerations: -gamma.
+fn opening(closure: &Closure) -> Vec<Expr> {
+    closure.gamma.iter().map(|gamma| -gamma).collect()
+}
+
+/// Returns f - M a of the joints at given a of the joints, and the wrenches on each node and all beyond it, at
+/// the accelerations of a free body that falls with its origin.
 fn imbalance(
     binder: &mut Binder,
-    kinematics: &Kinematics,
+    phases: &Phases,
     inertias: &Inertias,
-    loads: &Loads,
     accelerations: Vec<Expr>,
-) -> Vec<Expr> {
+) -> (Vec<Expr>, Vec<Wrench>) {
+    let Phases { kinematics, loads, .. } = phases;
     let given = Given::of(accelerations);
     let motion = GivenMotion::on_tree(binder, kinematics, &given);
     let phase = Phase::InverseDynamics;
     let names = WrenchNames { gravity_phase: phase, phase, name: "net" };
     let motion_of = |node| motion.of(node);
-    let wrenches = loads.on_bodies(binder, kinematics, inertias.minimal(), motion_of, &names);
+    let wrenches =
+        loads.on_falling_bodies(binder, kinematics, inertias.minimal(), motion_of, &names);
     let beyond = gathered(binder, kinematics, phase, "balance", wrenches);
     let mut imbalance = vec![Expr::zero(); binder.mechanism().speeds()];
-    for link in kinematics.links() {
+    for link in kinematics.links().iter().filter(|link| link.hinge().is_some()) {
         for (speed, along) in along_speeds(kinematics, link.node, &beyond[link.node.index()]) {
             let name = format!("imbalance_{}", binder.speed_name(speed));
             let rotor = &link.rotor * &given.accelerations()[speed];
@@ -113,7 +172,7 @@ fn imbalance(
             imbalance[speed] = binder.bind(Section::body(link.node, phase), name, value);
         }
     }
-    imbalance
+    (imbalance, beyond)
 }
 
 /// Returns by how much the elimination can be trusted: the square of the smallest pivot of the closure over
@@ -121,6 +180,9 @@ fn imbalance(
 /// singular, as the smallest singular value of J does.
 fn conditioning(binder: &mut Binder, closure: &Closure, elimination: &Elimination) -> Expr {
     let topology = binder.topology();
+    if topology.loops.is_empty() {
+        return Expr::one();
+    }
     let mut sizes = Vec::new();
     for (Pivot { row, .. }, inverse) in elimination.pivots() {
         let closed = &topology.loops[closure.rows()[row].closed.index()];
