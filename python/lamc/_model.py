@@ -417,6 +417,7 @@ class Model:
             a=np.array(found["a"], dtype=float).reshape(size, size),
             b=np.array(found["b"], dtype=float).reshape(size, len(self.inputs)),
             basis=np.array(found["basis"], dtype=float).reshape(n, size // 2),
+            neutral_directions=np.array(found["neutral_directions"], dtype=float).reshape(-1, n),
         )
 
     def simulate(

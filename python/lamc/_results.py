@@ -96,6 +96,8 @@ class Modes:
     """B (2 d, inputs)."""
     basis: Array
     """T (NU, d)."""
+    neutral_directions: Array
+    """Directions in which no force opposes a displacement (directions, NU)."""
 
 
 @dataclass(frozen=True)

@@ -68,6 +68,7 @@ impl Program {
         about.set_item("basis", &linear.basis)?;
         about.set_item("a", &linear.a)?;
         about.set_item("b", &linear.b)?;
+        about.set_item("neutral_directions", linear.neutral_directions())?;
         let modes = modes
             .iter()
             .map(|mode| (mode.eigenvalue, mode.frequency, mode.damping_ratio, mode.shape.clone()));

@@ -6,6 +6,8 @@
 //! along the speed affects only the second; if all forces have a potential and dampers remove
 //! energy, both are equivalent.
 
+mod neutral;
+
 use std::f64::consts::TAU;
 use std::fmt::Write;
 

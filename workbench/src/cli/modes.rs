@@ -39,6 +39,8 @@ struct Report<'a> {
     stability: Stability,
     kinks: &'a [KinkReport],
     modes: &'a [Mode],
+    /// Displacements that nothing opposes, by speed.
+    neutral_directions: &'a [Vec<f64>],
     linear: &'a Linear,
 }
 
@@ -50,6 +52,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let Rest { state, system: resting, motions, .. } = &rest;
     let system = &resting.system;
     let interface = system.interface();
+    let neutral = motions.linear.neutral_directions();
     if arguments.json {
         let report = Report {
             model: &interface.name,
@@ -60,12 +63,35 @@ pub fn run(arguments: &Arguments) -> Outcome {
             stability: motions.stability,
             kinks: &motions.kinks,
             modes: &motions.modes,
+            neutral_directions: &neutral,
             linear: &motions.linear,
         };
         let json = serde_json::to_string_pretty(&report).map_err(fail)?;
         return output::print(&(json + "\n"));
     }
-    output::print(&format!("{}{}", table(system, state, &motions.modes), motions.lines()))
+    let modes = table(system, state, &motions.modes);
+    output::print(&format!("{modes}{}{}", motions.lines(), neutral_table(system, &neutral)))
+}
+
+/// The neutral directions as columns, if there are any.
+fn neutral_table(system: &Jit, directions: &[Vec<f64>]) -> String {
+    let mut text = String::new();
+    if directions.is_empty() {
+        return text;
+    }
+    let count = directions.len();
+    let _ =
+        writeln!(text, "\nneutral directions, in which no force opposes a displacement: {count}");
+    for (speed, (name, _)) in system.interface().speed_columns().enumerate() {
+        let _ = write!(text, "{name:<33}");
+        for direction in directions {
+            // What rounds to zero has no sign.
+            let shown = (direction[speed] * 1e4).round() / 1e4 + 0.0;
+            let _ = write!(text, " {shown:>10.4}");
+        }
+        text.push('\n');
+    }
+    text
 }
 
 fn table(system: &Jit, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> String {

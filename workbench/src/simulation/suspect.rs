@@ -1,5 +1,5 @@
 //! The likely cause when a motion breaks off: a driven joint that cannot follow, a loop that opens, or
-//! the joint with the largest acceleration.
+//! the joint or free body with the largest acceleration.
 
 use lamc_runtime::{Mechanism, State, Stopped, acceleration, project};
 
@@ -38,11 +38,50 @@ pub fn suspect(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> String {
     if let Err(error) = found {
         return describe(&error, interface);
     }
-    let joints = interface.joints.iter().zip(&rates);
-    match joints.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())) {
-        Some((joint, rate)) => {
-            format!("`{}` accelerates most, by {rate:.3e} rad/s^2", joint.name)
+    // Metres count in sizes of the mechanism, so that they compare with radians.
+    let in_radians = |unit: &str, rate: f64| match unit {
+        "m/s" => rate.abs() / system.size(),
+        _ => rate.abs(),
+    };
+    let speeds = interface.speed_columns().zip(&rates);
+    let rated = speeds.map(|((name, unit), rate)| (in_radians(unit, *rate), name, unit, rate));
+    match rated.max_by(|(a, ..), (b, ..)| a.total_cmp(b)) {
+        Some((_, name, unit, rate)) => {
+            format!("`{name}` accelerates most, by {rate:.3e} {unit}^2")
         }
-        None => "there are no joints".to_owned(),
+        None => "nothing can move".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lamc::pipeline;
+    use lamc::source::SourceFile;
+
+    /// A free plate of 40 mm falls, and its wing is turned back by a spring.
+    #[test]
+    fn free_bodies_are_blamed_too() {
+        let said = |stiffness: &str| {
+            let text = format!(
+                "units: {{ length: mm }}\n\
+                 materials: {{ card: {{ density: 700, thickness: 0.4 }} }}\n\
+                 layup: [card]\n\
+                 bodies:\n  hull: {{ free: true, outline: [[0, 0], [40, 0], [40, 20], [0, 20]] }}\n  \
+                 wing: {{ outline: [[40, 0], [80, 0], [80, 20], [40, 20]] }}\n\
+                 joints: {{ hinge: {{ bodies: [hull, wing], axis: [[40, 0], [40, 20]], stiffness: {stiffness} }} }}\n"
+            );
+            let file = SourceFile { path: "suspect.yaml".into(), text };
+            let system = Stopped::new(Jit::new(&pipeline::compile(&file).unwrap().program));
+            let mut state = system.initial();
+            state.q[0] = 0.5;
+            suspect(&system, &state)
+        };
+        assert_eq!(said("0"), "`hull.vz` accelerates most, by -9.810e0 m/s^2");
+        let stiff = said("1");
+        assert!(
+            stiff.starts_with("`hinge` accelerates most") && stiff.ends_with(" rad/s^2"),
+            "{stiff}"
+        );
     }
 }

@@ -230,3 +230,80 @@ fn tensions_are_written() {
     assert_eq!(first[first.len() - 1], "0.05");
     assert_eq!(first[first.len() - 2].parse::<f64>().unwrap_or(f64::NAN), rubber);
 }
+
+/// The speeds and the neutral directions of a model, which is said to be neutral.
+fn neutral(model: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let (_guard, folder) = folder();
+    let file = folder.join("neutral.yaml");
+    fs::write(&file, format!("gravity: [0, 0, 0]\n{model}"))
+        .unwrap_or_else(|error| panic!("{error}"));
+    let file = file.display().to_string();
+    let found = json(&run(&["modes", &file, "--json"]));
+    assert_eq!(found["neutral"], true, "{found}");
+    let directions: Vec<Vec<f64>> =
+        serde_json::from_value(found["neutral_directions"].clone()).unwrap_or_default();
+    let table = text(&run(&["modes", &file]).stdout);
+    assert!(table.contains(&format!("opposes a displacement: {}\n", directions.len())), "{table}");
+    let rows = table.lines().skip(1).take_while(|row| !row.starts_with("frequency"));
+    (rows.filter_map(|row| row.split(' ').next().map(str::to_owned)).collect(), directions)
+}
+
+const SOLID: &str = "mass: 0.2, inertia: [[1e-3, 0, 0], [0, 2e-3, 0], [0, 0, 2.5e-3]]";
+
+/// A free body has all six, and keeps five where a relaxed spring to the ground holds its point a: those that do
+/// not move a along the spring.
+#[test]
+fn a_free_body_has_six_neutral_directions_and_one_less_on_a_spring() {
+    let body = format!(
+        "bodies: {{ hull: {{ free: true, {SOLID}, com: [0, 0, 0] }}, base: {{ fixed: true }} }}\n"
+    );
+    let (_, found) = neutral(&body);
+    assert_eq!(
+        found,
+        (0..6)
+            .map(|k| (0..6).map(|i| f64::from(u8::from(i == k))).collect())
+            .collect::<Vec<Vec<f64>>>()
+    );
+    let arm = [0.1, 0.2, 0.3];
+    let spring = "points: { a: { body: hull, at: [0.1, 0.2, 0.3] }, g: { body: base, at: [0.1, 0.8, 1.1] } }\n\
+                  springs: { b: { from: a, to: g, stiffness: 20 } }\n";
+    let (_, found) = neutral(&(body + spring));
+    assert_eq!(found.len(), 5);
+    for direction in &found {
+        let [x, y, z, a, b, c] = direction[..] else { panic!("{direction:?}") };
+        // Of a along (0, 0.6, 0.8).
+        let along = 0.6 * (y + c * arm[0] - a * arm[2]) + 0.8 * (z + a * arm[1] - b * arm[0]);
+        assert!(along.abs() < 1e-12, "{direction:?}: {along:e}");
+        assert_eq!([x, y, z, a, b, c].into_iter().map(f64::abs).fold(0.0, f64::max), 1.0);
+    }
+}
+
+/// Its springs hold its joints; it moves and turns as one body.
+#[test]
+fn a_free_six_bar_has_six_neutral_directions() {
+    let model =
+        fs::read_to_string(example("sixbar.yaml")).unwrap_or_else(|error| panic!("{error}"));
+    let (speeds, found) = neutral(&model.replace("fixed: true", "free: true"));
+    assert_eq!((speeds.len(), found.len()), (12, 6), "{speeds:?}");
+    for (k, direction) in found.iter().enumerate() {
+        assert!(direction[..6].iter().all(|x| x.abs() < 1e-9), "{direction:?}");
+        for (i, x) in direction[6..].iter().enumerate() {
+            assert!((x - f64::from(u8::from(i == k))).abs() < 1e-9, "{direction:?}");
+        }
+    }
+}
+
+/// A damper opposes no displacement: only the spring of the other joint does.
+#[test]
+fn a_joint_without_a_spring_is_a_neutral_direction() {
+    let model = format!(
+        "bodies:\n  base: {{ fixed: true }}\n  one: {{ {SOLID}, com: [0.1, 0, 0] }}\n  two: {{ {SOLID}, com: [0.3, 0, 0] }}\n\
+         joints:\n  held: {{ bodies: [base, one], axis: [[0, 0], [0, 1]], stiffness: 0.1 }}\n  \
+         loose: {{ bodies: [one, two], axis: [[0.2, 0], [0.2, 1]], damping: 1e-3 }}\n"
+    );
+    let (speeds, found) = neutral(&model);
+    assert_eq!(
+        (speeds, found),
+        (vec!["held".to_owned(), "loose".to_owned()], vec![vec![0.0, 1.0]])
+    );
+}
