@@ -37,6 +37,9 @@ pub enum CompileError {
     /// A number of the model is too large for the number type.
     #[error("the number {0:e} of the equations does not fit f32: use f64")]
     OutOfRange(f64),
+    /// What was asked for does not exist for drawings that depend on parameters.
+    #[error("the drawing depends on parameters, and {0} cannot follow them; a Rust or a C module can")]
+    NotParametric(&'static str),
     /// The symbolic engine could not be started.
     #[cfg(feature = "derive")]
     #[error(transparent)]
@@ -314,10 +317,13 @@ fn refuse_too_many_hinges(model: &SourceModel) -> Result<(), Diagnostics> {
 /// Writes the Rust module of a compiled model.
 ///
 /// # Errors
-/// [`CompileError::OutOfRange`].
+/// [`CompileError::OutOfRange`]; [`CompileError::NotParametric`] for functions that C calls.
 pub fn rust_module(compiled: &Compiled, options: &rust::Options) -> Result<String, CompileError> {
     if options.scalar == ScalarChoice::F32 {
         fits_single(&compiled.program)?;
+    }
+    if options.extern_c {
+        is_fixed(compiled, "functions that C calls (`--extern-c`)")?;
     }
     Ok(rust::write(&compiled.program, options))
 }
@@ -343,13 +349,25 @@ pub fn c_source(
 }
 
 /// Writes the Python wrapper of the C module, whose source and header have these names in the same folder.
+///
+/// # Errors
+/// [`CompileError::NotParametric`].
 pub fn python_module(
     compiled: &Compiled,
     real: Real,
     source_name: &str,
     header_name: &str,
-) -> String {
-    python::write(&compiled.program, real, source_name, header_name)
+) -> Result<String, CompileError> {
+    is_fixed(compiled, "the Python wrapper of a C module")?;
+    Ok(python::write(&compiled.program, real, source_name, header_name))
+}
+
+/// Refuses what cannot follow parameters of the drawing.
+fn is_fixed(compiled: &Compiled, what: &'static str) -> Result<(), CompileError> {
+    match compiled.program.interface.drawn {
+        0 => Ok(()),
+        _ => Err(CompileError::NotParametric(what)),
+    }
 }
 
 /// Writes the files of a source FMU: for each, its path in the archive and its text.

@@ -28,6 +28,10 @@ pub mod fourbar;
 #[rustfmt::skip]
 pub mod jumper;
 
+/// A four-bar whose lengths are parameters.
+#[rustfmt::skip]
+pub mod linkage;
+
 /// A simple pendulum with a measured hinge.
 #[rustfmt::skip]
 pub mod pendulum;

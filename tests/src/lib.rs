@@ -61,8 +61,8 @@ pub const EXAMPLES: [&str; 9] = [
 pub const ROBOTS: [&str; 2] = ["crawler", "jumper"];
 
 /// The examples that `generated` has modules of.
-pub const MODULES: [&str; 6] =
-    ["pendulum", "triple_pendulum", "fourbar", "sixbar", "crawler", "jumper"];
+pub const MODULES: [&str; 7] =
+    ["pendulum", "triple_pendulum", "fourbar", "sixbar", "crawler", "jumper", "linkage"];
 
 /// Compiles a file, or panics with its diagnostics.
 pub fn compile(path: &Path) -> Compiled {

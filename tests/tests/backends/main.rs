@@ -11,6 +11,7 @@ mod generated;
 mod jit;
 mod lanes;
 mod machine_code;
+mod parametric;
 mod readable;
 mod reserved;
 mod selections;

@@ -83,7 +83,8 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
         contents.push((path, pipeline::c_header(&compiled, real).into_bytes()));
     }
     if let (Some(path), Some([c, header])) = (&arguments.python, beside) {
-        contents.push((path, pipeline::python_module(&compiled, real, c, header).into_bytes()));
+        let text = pipeline::python_module(&compiled, real, c, header).map_err(fail)?;
+        contents.push((path, text.into_bytes()));
     }
     Ok(contents)
 }

@@ -194,7 +194,7 @@ fn evaluate(
     system.write_contacts(state.t, &q, &u, &mut contacts).map_err(message)?;
     let named = system.interface().contacts.iter().cloned();
     let contacts = named.zip(contacts.chunks(6).map(<[f64]>::to_vec)).collect();
-    let tensions = Tensions::new(mechanism);
+    let tensions = Tensions::new(&compiled.topology.mechanism);
     let here = State { t: state.t, q: q.clone(), u: u.clone() };
     let found = tensions.at(system, &here).map_err(message)?;
     let tensions = tensions.names().zip(found).collect();
