@@ -38,7 +38,9 @@ pub enum CompileError {
     #[error("the number {0:e} of the equations does not fit f32: use f64")]
     OutOfRange(f64),
     /// What was asked for does not exist for drawings that depend on parameters.
-    #[error("the drawing depends on parameters, and {0} cannot follow them; a Rust or a C module can")]
+    #[error(
+        "the drawing depends on parameters, and {0} cannot follow them; a Rust or a C module can"
+    )]
     NotParametric(&'static str),
     /// The symbolic engine could not be started.
     #[cfg(feature = "derive")]

@@ -28,6 +28,8 @@ mod documents {
     struct Readme;
     #[doc = include_str!("../../docs/LANES.md")]
     struct Lanes;
+    #[doc = include_str!("../../docs/PARAMETERS.md")]
+    struct Parameters;
 }
 
 use std::path::{Path, PathBuf};

@@ -86,7 +86,9 @@ impl Writer {
         self.line(&format!("gravity: [{x}, \"{y} + swing*t\", {z}]"));
         self.materials();
         let k = self.scale.torque(self.random.range(0.5, 2.0));
-        self.line(&format!("parameters: {{ k: {k:e}, swing: {{ value: 0.3, range: [0.1, 0.5] }} }}"));
+        self.line(&format!(
+            "parameters: {{ k: {k:e}, swing: {{ value: 0.3, range: [0.1, 0.5] }} }}"
+        ));
         self.line("inputs: [motor]");
         if self.random.chance(0.3) {
             let all = ["stiffness", "damping", "rest", "mass"];

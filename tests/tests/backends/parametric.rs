@@ -64,9 +64,8 @@ fn c_follows_its_parameters() {
     let at = |name: &str| folder.path().join(name);
     fs::write(at("linkage.h"), c::header(&compiled.program, Real::Double)).unwrap();
     fs::write(at("linkage.c"), c::source(&compiled.program, Real::Double, "linkage.h")).unwrap();
-    let list = |numbers: &[f64]| {
-        numbers.iter().map(|it| format!("{it:e}")).collect::<Vec<_>>().join(", ")
-    };
+    let list =
+        |numbers: &[f64]| numbers.iter().map(|it| format!("{it:e}")).collect::<Vec<_>>().join(", ");
     let main = format!(
         "#include <stdio.h>\n#include \"linkage.h\"\nint main(void)\n{{\n\
          const double q[4] = {{ {} }}, u[4] = {{ {} }};\n\

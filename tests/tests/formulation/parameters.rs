@@ -219,7 +219,8 @@ fn the_mechanism_follows_too() {
     let values = [0.05, 0.025, 3e-4, 2e-3];
     let topology = compiled.topology_at(&values).unwrap();
     let fixed = drawn(TREE, &values);
-    for (found, expected) in topology.mechanism.bodies.iter().zip(&fixed.topology.mechanism.bodies) {
+    for (found, expected) in topology.mechanism.bodies.iter().zip(&fixed.topology.mechanism.bodies)
+    {
         let error = (found.mass_properties.mass - expected.mass_properties.mass).abs();
         assert!(error <= 1e-15, "{}", found.name);
     }
