@@ -196,7 +196,8 @@ fn evaluate(
     let contacts = named.zip(contacts.chunks(6).map(<[f64]>::to_vec)).collect();
     let tensions = Tensions::new(&compiled.topology.mechanism);
     let here = State { t: state.t, q: q.clone(), u: u.clone() };
-    let found = tensions.at(system, &here).map_err(message)?;
+    let found =
+        tensions.at(system, (system.parameters(), system.inputs()), &here).map_err(message)?;
     let tensions = tensions.names().zip(found).collect();
     let mut motor_torques = BTreeMap::new();
     for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {

@@ -7,12 +7,10 @@
 //!
 //! dl/dt is the derivative of the length l along the speeds, by central differences of order 6.
 
-use lamc::laminate::{Mechanism, Tendon, Tension};
+use lamc::laminate::{self, Tendon, Tension};
 use lamc::source::Expression;
 use lamc::source::free::SPEEDS;
-use lamc_runtime::{Error, Mechanism as _, State};
-
-use crate::execution::Jit;
+use lamc_runtime::{Error, Mechanism, State};
 
 /// By how much the joints and bodies turn altogether, rad, from the state to the nearest place of a difference. The
 /// seventh derivative of a length adds 4e-13 of the first, and rounding as little.
@@ -28,7 +26,7 @@ pub struct Tensions {
 
 impl Tensions {
     /// Those of a mechanism.
-    pub fn new(mechanism: &Mechanism) -> Self {
+    pub fn new(mechanism: &laminate::Mechanism) -> Self {
         Self { tendons: mechanism.elements.tendons.clone() }
     }
 
@@ -40,17 +38,25 @@ impl Tensions {
         })
     }
 
-    /// The tensions at a state with the parameters and inputs of the system, N; negative where a spring pushes.
+    /// The tensions at a state with these parameters and inputs, N; negative where a spring pushes.
     ///
     /// # Errors
     /// Those of [`points`](lamc_runtime::Mechanism::points).
-    pub fn at(&self, system: &Jit, state: &State<Vec<f64>, f64>) -> Result<Vec<f64>, Error> {
+    pub fn at<Y>(
+        &self,
+        system: &Y,
+        settings: (&[f64], &[f64]),
+        state: &State<Vec<f64>, f64>,
+    ) -> Result<Vec<f64>, Error>
+    where
+        Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
+    {
         if self.tendons.is_empty() {
             return Ok(Vec::new());
         }
         let points = system.points(&state.q)?;
         let tensions = self.tendons.iter().map(|tendon| {
-            let of = |law: &Expression| value(law, system, state);
+            let of = |law: &Expression| value(law, settings, state);
             match &tendon.tension {
                 Tension::Given(law) => Ok(of(law).max(0.0)),
                 Tension::Elastic { stiffness, damping, rest_length, tension_only } => {
@@ -72,11 +78,15 @@ impl Tensions {
     }
 }
 
-fn value(law: &Expression, system: &Jit, State { t, q, u }: &State<Vec<f64>, f64>) -> f64 {
+fn value(
+    law: &Expression,
+    (parameters, inputs): (&[f64], &[f64]),
+    State { t, q, u }: &State<Vec<f64>, f64>,
+) -> f64 {
     law.evaluate(&|leaf: &Expression| match *leaf {
         Expression::Time => *t,
-        Expression::Parameter(id) => system.parameters()[id.index()],
-        Expression::Input(id) => system.inputs()[id.index()],
+        Expression::Parameter(id) => parameters[id.index()],
+        Expression::Input(id) => inputs[id.index()],
         Expression::Position(id) => q[id.index()],
         Expression::Rate(id) => u[id.index()],
         _ => f64::NAN,
@@ -93,7 +103,10 @@ fn length(tendon: &Tendon, points: &[[f64; 3]]) -> f64 {
 }
 
 /// The rate of change of the length of a line, m/s.
-fn rate(tendon: &Tendon, system: &Jit, state: &State<Vec<f64>, f64>) -> Result<f64, Error> {
+fn rate<Y>(tendon: &Tendon, system: &Y, state: &State<Vec<f64>, f64>) -> Result<f64, Error>
+where
+    Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
+{
     let (joints, size) = (system.dimensions().joints, system.size());
     let turns = state.u.iter().enumerate().map(|(speed, u)| {
         let is_linear = speed >= joints && (speed - joints) % SPEEDS < SPEEDS / 2;

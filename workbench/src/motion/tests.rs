@@ -79,7 +79,9 @@ fn tensions(text: &str, state: &State<Vec<f64>, f64>) -> (Jit, Vec<f64>) {
     let file = SourceFile { path: "tensions.yaml".into(), text: text.into() };
     let compiled = pipeline::compile(&file).unwrap();
     let system = Jit::new(&compiled.program);
-    let found = Tensions::new(&compiled.topology.mechanism).at(&system, state).unwrap();
+    let found = Tensions::new(&compiled.topology.mechanism)
+        .at(&system, (system.parameters(), system.inputs()), state)
+        .unwrap();
     (system, found)
 }
 
@@ -136,7 +138,7 @@ fn a_given_tension_is_its_formula_and_never_pushes() {
     let compiled = pipeline::compile(&file).unwrap();
     let law = Tensions::new(&compiled.topology.mechanism);
     assert_eq!(law.names().collect::<Vec<_>>(), ["tendons.pull"]);
-    assert_eq!(law.at(&system, &state(0.25, 0.5, 3.0)).unwrap(), [0.0]);
+    assert_eq!(law.at(&system, (&[], system.inputs()), &state(0.25, 0.5, 3.0)).unwrap(), [0.0]);
 }
 
 /// Of two free bodies that spin and drift the length changes by n . (v2 + w2 x r2 - v1 - w1 x r1).

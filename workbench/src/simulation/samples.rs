@@ -44,7 +44,9 @@ impl Simulation {
 
     /// Records the state that was reached.
     pub(super) fn record(&mut self) -> Result<(), Error> {
-        let tensions = self.tensions.at(&self.system.system, &self.state)?;
+        let system = &self.system.system;
+        let settings = (system.parameters(), system.inputs());
+        let tensions = self.tensions.at(system, settings, &self.state)?;
         self.motion.record(&self.system, &self.state)?;
         let Some(sample) = self.motion.samples.last_mut() else { return Ok(()) };
         sample.tensions = tensions;
