@@ -11,7 +11,7 @@ use lamc_runtime::{Mechanism, acceleration};
 use lamc_tests::random::{Random, closed_state};
 use lamc_tests::{compile, relative_error, workspace};
 
-use super::c::{Case, agrees, compilers};
+use super::c::compilers;
 
 const CRANK: f64 = 0.023;
 const WIDTH: f64 = 0.013;
@@ -41,16 +41,6 @@ fn rust_follows_its_parameters() {
     robot.set_params(params);
     assert_eq!(*robot.params(), params);
     assert_eq!(rates(&robot), rates(&Linkage::with_params(params)));
-}
-
-#[test]
-fn c_is_what_the_runtime_is() {
-    let (compilers, folder) = (compilers(), tempfile::tempdir().unwrap());
-    let compiled = compile(&workspace().join("examples/linkage.yaml"));
-    let system = Interpreter::new(&compiled.program);
-    let mut random = Random::new(3);
-    let states = (0..3).map(|_| closed_state(&system, &mut random)).collect();
-    agrees(&Case::new(compiled, states), folder.path(), &compilers);
 }
 
 #[test]
