@@ -32,7 +32,6 @@ pub mod laminate;
 pub mod lowering;
 pub mod pipeline;
 pub mod program;
-mod range;
 pub mod sealed;
 pub mod source;
 #[cfg(feature = "derive")]

@@ -11,19 +11,18 @@ use crate::backend::python;
 use crate::backend::rust::{self, ScalarChoice};
 #[cfg(feature = "derive")]
 use crate::kane::{self, DeriveError, Equations};
-use crate::laminate;
 #[cfg(feature = "derive")]
 use crate::laminate::Geometry;
 #[cfg(feature = "derive")]
 use crate::lowering;
 use crate::program::{self, Op, Program, ReadError};
-use crate::range;
 use crate::sealed::Format;
 use crate::source::codes;
 use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFile, SourceModel};
 #[cfg(feature = "derive")]
 use crate::symbolic::SessionError;
-use crate::topology::{self, Topology};
+use crate::topology::Topology;
+use crate::topology::range::{self, analysed};
 
 /// Why a model could not be compiled.
 #[derive(Debug, thiserror::Error)]
@@ -293,15 +292,6 @@ pub fn analyse_edited(
 }
 
 /// Runs the stages `laminate` and `topology`, and returns their warnings.
-/// Runs the stages laminate and topology.
-pub(crate) fn analysed(model: &SourceModel) -> Result<(Topology, Diagnostics), Diagnostics> {
-    let mut warnings = Diagnostics::default();
-    let mechanism = laminate::build(model, &mut warnings)?;
-    let topology = topology::build(mechanism)?;
-    warnings.extend(topology.warnings.0.iter().cloned());
-    Ok((topology, warnings))
-}
-
 /// Refuses models whose equations would take more memory or time than the user expects.
 fn refuse_too_many_hinges(model: &SourceModel) -> Result<(), Diagnostics> {
     let (most, there) = (model.max_hinges, model.joints.len());

@@ -12,7 +12,7 @@ use crate::arithmetic::hypot;
 use crate::source::codes;
 use crate::source::{
     Diagnostic, Diagnostics, Drawn, Expression, HingeModel, Material, Operator, SourceModel, Span,
-    Spring,
+    Spanned, Spring,
 };
 
 /// Components of a unit vector below this bound are rounding errors of a direction along the other
@@ -106,8 +106,7 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
             // Mistakes in the numbers of the strip are reported directly, not their consequences.
             let stiffness = Some(beam.stiffness()).filter(|stiffness| stiffness.is_finite());
             // The angle depends on the bending moment only, not on the arm.
-            let range =
-                |sigma: &crate::source::Spanned<f64>| beam.linear_range(sigma.value, 1.0).angle;
+            let range = |sigma: &Spanned<f64>| beam.linear_range(sigma.value, 1.0).angle;
             let linear_range = strip.yield_stress.as_ref().map_or(f64::INFINITY, range);
             let number = Expression::Number(stiffness.unwrap_or(0.0));
             let stiffness = beam_formula(strip, length, width, gaps.as_ref()).unwrap_or(number);

@@ -7,6 +7,7 @@ mod cycles;
 mod graph;
 mod inertia;
 mod mobility;
+pub mod range;
 mod reduction;
 mod rounded;
 mod sides;

@@ -332,17 +332,6 @@ fn report(diagnostics: &Diagnostics, file: &SourceFile) {
     let _ = write!(io::stderr(), "{}", diagnostics.render(file, color));
 }
 
-/// Reports what is wrong with a model that was read before.
-fn refused(path: &str, problems: &Diagnostics) -> Failed {
-    match read(path) {
-        Ok(file) => {
-            report(problems, &file);
-            Failed(1)
-        }
-        Err(failed) => failed,
-    }
-}
-
 fn read(path: &str) -> Result<SourceFile, Failed> {
     SourceFile::read(path).map_err(fail)
 }

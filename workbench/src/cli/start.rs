@@ -9,14 +9,15 @@ use lamc::laminate::verdicts;
 use lamc::pipeline::Compiled;
 use lamc::program::Interface;
 use lamc::source::{
-    Numbers, Severity, SourceModel, beyond_a_turn, has_no_unit, read_angle, read_as, read_quantity,
+    Diagnostics, Numbers, Severity, SourceModel, beyond_a_turn, has_no_unit, read_angle, read_as,
+    read_quantity,
 };
 use lamc_runtime::State;
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::{self, Asked, allowed};
 
 use super::progress::Busy;
-use super::{Derivation, Failed, fail, load_edited, misused, refused, warn};
+use super::{Derivation, Failed, fail, load_edited, misused, read, report, warn};
 
 /// The model and its initial configuration.
 #[derive(Args)]
@@ -198,6 +199,17 @@ const SET: &str = "--set k=0.02";
 const INPUT: &str = "--input motor=0.02";
 const INITIAL: &str = "--initial j0=30deg";
 const LOCK: &str = "--lock j0=30deg";
+
+/// Reports what is wrong with a model that was read before.
+fn refused(path: &str, problems: &Diagnostics) -> Failed {
+    match read(path) {
+        Ok(file) => {
+            report(problems, &file);
+            Failed(1)
+        }
+        Err(failed) => failed,
+    }
+}
 
 /// Refuses a name that is given twice.
 fn are_distinct(option: &str, settings: &[String]) -> Result<(), Failed> {

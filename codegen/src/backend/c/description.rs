@@ -76,6 +76,20 @@ pub fn fields<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
     names.into_iter().map(|name| given.give(name)).collect()
 }
 
+/// Returns the lengths of arrays by the names that the templates give them.
+fn counts(interface: &Interface) -> [(&'static str, usize); 7] {
+    [
+        ("coordinates", interface.coordinates()),
+        ("speeds", interface.speeds()),
+        // C has no arrays without entries.
+        ("pins", interface.joints.len().max(1)),
+        ("rows", interface.rows),
+        ("residuals", 9 * interface.loops.len()),
+        ("drives", interface.driven().len()),
+        ("drawn", interface.drawn),
+    ]
+}
+
 /// Returns the values that the templates of the header and of the source have in common.
 pub fn of(program: &Program, real: Real) -> Context {
     let interface = &program.interface;
@@ -93,18 +107,7 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
-    for (name, count) in [
-        ("coordinates", interface.coordinates()),
-        ("speeds", interface.speeds()),
-        // C has no arrays without entries.
-        ("pins", interface.joints.len().max(1)),
-        ("rows", interface.rows),
-        ("residuals", 9 * interface.loops.len()),
-        ("drives", interface.driven().len()),
-        ("drawn", interface.drawn),
-    ] {
-        context.insert(name, &count);
-    }
+    counts(interface).into_iter().for_each(|(name, count)| context.insert(name, &count));
     context.insert("free_bodies", &free_bodies(interface));
     let bodies: Vec<&String> = interface.bodies.iter().map(|body| &body.name).collect();
     context.insert("bodies", &bodies);

@@ -4,10 +4,10 @@
 //! change the drawing, these are compared at many other values, and so is whether the drawing is possible: at each end
 //! of each range, at its corners, and between.
 
-use crate::pipeline::analysed;
+use super::{Topology, build};
+use crate::laminate;
 use crate::source::codes;
-use crate::source::{Diagnostic, Diagnostics, Severity, SourceModel};
-use crate::topology::Topology;
+use crate::source::{Diagnostic, Diagnostics, Severity, SourceModel, Span};
 
 /// Most corners of the ranges that are looked at.
 const CORNERS: usize = 16;
@@ -27,6 +27,18 @@ enum Change {
     Impossible(Box<Diagnostic>),
     /// The loops differ.
     Structure(String),
+}
+
+/// Runs the stages laminate and topology: the topology, and the warnings of both.
+///
+/// # Errors
+/// Returns the errors of the first stage that has some.
+pub fn analysed(model: &SourceModel) -> Result<(Topology, Diagnostics), Diagnostics> {
+    let mut warnings = Diagnostics::default();
+    let mechanism = laminate::build(model, &mut warnings)?;
+    let topology = build(mechanism)?;
+    warnings.extend(topology.warnings.0.iter().cloned());
+    Ok((topology, warnings))
 }
 
 /// Compares the structure of a model over the ranges of its parameters with that at their defaults.
@@ -156,45 +168,43 @@ fn located(
             Some(_) => other = middle,
         }
     }
-    let values = at(other);
+    described(model, topology, defaults, &at(other))
+}
+
+/// Describes what is different at values of the parameters.
+fn described(
+    model: &SourceModel,
+    topology: &Topology,
+    defaults: &[f64],
+    values: &[f64],
+) -> Diagnostic {
     let moved: Vec<usize> = (0..values.len()).filter(|it| values[*it] != defaults[*it]).collect();
     let shown = |index: &usize| {
         let parameter = &model.parameters[*index];
         let unit = parameter.dimension.map_or(String::new(), |dimension| dimension.si_unit());
-        format!(
-            "`{}` = {}",
-            parameter.name.value,
-            format!("{} {unit}", rounded(values[*index])).trim()
-        )
+        let value = format!("{} {unit}", rounded(values[*index]));
+        format!("`{}` = {}", parameter.name.value, value.trim())
     };
     let place = moved.iter().map(shown).collect::<Vec<_>>().join(", ");
-    let span = moved
-        .first()
-        .map(|index| &model.parameters[*index])
-        .map(|parameter| parameter.range.as_ref().map_or(parameter.name.span, |range| range.span));
-    let span = span.unwrap_or_default();
+    let first = moved.first().map(|index| &model.parameters[*index]);
+    let span = first.map_or(Span::default(), |parameter| {
+        parameter.range.as_ref().map_or(parameter.name.span, |range| range.span)
+    });
+    let error = |message| Diagnostic::error(codes::CHANGED_STRUCTURE, span, message);
     let hint = "make the range smaller, or correct the formulas of the drawing";
-    match change(model, topology, &values) {
+    match change(model, topology, values) {
         Some(Change::Impossible(why)) => {
             let message = format!("the drawing is impossible at {place}: {}", why.message);
-            let error = Diagnostic::error(codes::CHANGED_STRUCTURE, span, message).hint(hint);
+            let error = error(message).hint(hint);
             match why.span {
                 Some(there) => error.also(there, why.label),
                 None => error,
             }
         }
-        Some(Change::Structure(what)) => {
-            let message = format!("the loops change at {place}: {what}");
-            Diagnostic::error(codes::CHANGED_STRUCTURE, span, message)
-                .hint(format!("the equations hold for one kind of each loop; {hint}"))
-        }
+        Some(Change::Structure(what)) => error(format!("the loops change at {place}: {what}"))
+            .hint(format!("the equations hold for one kind of each loop; {hint}")),
         // Rounding: the last value that was looked at.
-        None => Diagnostic::error(
-            codes::CHANGED_STRUCTURE,
-            span,
-            format!("the model changes near {place}"),
-        )
-        .hint(hint),
+        None => error(format!("the model changes near {place}")).hint(hint),
     }
 }
 
