@@ -258,6 +258,9 @@ fn line(axis: &Drawn<[[f64; 2]; 2]>, z: &Drawn<f64>, lift: &Formulas) -> HingeLi
     HingeLine { point: Vector3::new(x, y, lift.number(z, 0)), direction }
 }
 
+/// A vertex, the ring that it is of, and its number there.
+type Vertex<'a> = (Vector2<Number>, &'a Drawn<Vec<[f64; 2]>>, usize);
+
 /// Returns the vertex of a body's plates whose place at the defaults is `at`; an error if several that differ are there.
 fn corner(
     model: &SourceModel,
@@ -266,7 +269,7 @@ fn corner(
     lift: &Formulas,
 ) -> Result<Vector3<Number>, ()> {
     let Shape::Plates(layers) = &model.bodies[body.index()].shape else { return Ok(fixed(at)) };
-    let mut candidates: Vec<(Vector2<Number>, &Drawn<Vec<[f64; 2]>>, usize)> = Vec::new();
+    let mut candidates: Vec<Vertex> = Vec::new();
     for ring in layers.iter().flatten().map(|plate| &plate.outline) {
         let there = ring.value.iter().enumerate().filter(|(_, vertex)| **vertex == [at.x, at.y]);
         for (index, _) in there {

@@ -112,7 +112,11 @@ fn described(value: &Value) -> String {
         Value::Unit(quantity) => format!("a unit of {}", quantity.name),
         Value::Number(quantity) => quantity.name.into(),
         Value::Formula(quantity, uses) => {
-            let of = if *uses == Uses::Motion { "the motion" } else { "t" };
+            let of = match uses {
+                Uses::Motion => "the motion",
+                Uses::Parameters => "the parameters",
+                Uses::Constants(_) => "t",
+            };
             format!("{}, formula of {of}", quantity.name)
         }
         Value::Parameter => "a number".into(),

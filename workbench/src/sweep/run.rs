@@ -130,14 +130,17 @@ fn points(interface: &Interface) -> impl Iterator<Item = Column> {
     interface.points.iter().flat_map(move |point| ["x", "y", "z"].map(|axis| named(point, axis)))
 }
 
-/// Sets the values: the topology with these, and the joints whose guess is given.
+/// The topology at the values of a run, and the joints whose guess is given, rad.
+type Begun<'c> = (Cow<'c, Topology>, Vec<(usize, f64)>);
+
+/// Sets the values.
 fn set<'q, 'c>(
     compiled: &'c Compiled,
     system: &mut Jit,
     guess: &[(usize, f64)],
     values: impl Iterator<Item = (&'q Quantity, f64)>,
     warn: &mut dyn FnMut(String),
-) -> Result<(Cow<'c, Topology>, Vec<(usize, f64)>), String> {
+) -> Result<Begun<'c>, String> {
     let interface = &compiled.program.interface;
     let known = verdicts(&compiled.topology.mechanism, system.parameters());
     let mut inputs = system.inputs().to_vec();

@@ -13,8 +13,11 @@ use super::Lowering;
 /// A number at the defaults of the parameters, and its formula if it depends on them.
 type Measure = (f64, Option<Expression>);
 
+/// Formulas by the place of their number.
+type Formulas = Vec<(usize, Expression)>;
+
 /// Returns numbers, and those that have formulas, by place.
-fn apart<const K: usize>(read: [Measure; K]) -> ([f64; K], Vec<(usize, Expression)>) {
+fn apart<const K: usize>(read: [Measure; K]) -> ([f64; K], Formulas) {
     let value = read.each_ref().map(|(value, _)| *value);
     let formulas = read.into_iter().map(|(_, formula)| formula).enumerate();
     (value, formulas.filter_map(|(place, formula)| Some((place, formula?))).collect())
@@ -78,7 +81,7 @@ impl Lowering<'_> {
     }
 
     /// Reads a point of the drawing, whose decimals determine the tolerance.
-    fn drawn_point(&mut self, node: &Node) -> Option<([f64; 2], Vec<(usize, Expression)>)> {
+    fn drawn_point(&mut self, node: &Node) -> Option<([f64; 2], Formulas)> {
         let point = apart(self.measures_of(node, &VERTEX)?);
         self.note_decimals_of(node);
         Some(point)
