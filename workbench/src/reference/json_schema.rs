@@ -14,8 +14,9 @@ use serde_json::{Map, Value as Json, json};
 const NUMBER: &str = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?";
 /// A formula has no other characters.
 const FORMULA: &str = r"^[A-Za-z0-9_.+\-*/^(),\s]+$";
-/// The pattern of a text after a number that the reader takes for a unit, not for a part of a formula.
-const UNIT: &str = r"[A-Za-z]([A-Za-z0-9 */]|\^-?)*";
+/// The pattern of a text after a number that the reader takes for a unit or for a decimal comma, not for a
+/// part of a formula.
+const UNIT: &str = r"([A-Za-z]([A-Za-z0-9 */]|\^-?)*|,.*)";
 const IDENTIFIER: &str = "^[A-Za-z_][A-Za-z0-9_]*$";
 /// The spellings of true and false in YAML 1.1, which are text in YAML 1.2.
 const SPELLINGS: [&str; 8] = ["y", "yes", "true", "on", "n", "no", "false", "off"];
