@@ -187,6 +187,7 @@ impl<'a> Naming<'a> {
             Slot::Drawn(place) => format!("drawing_{place}"),
             Slot::Acceleration(id) => format!("acceleration_{}", speed(id)),
             Slot::Multiplier(row) => format!("lambda_{row}"),
+            Slot::Memory(id) => format!("memory_{}", id.index()),
             Slot::Change(Moving::Position(id)) => format!("d_q_{}", speed(id)),
             Slot::Change(Moving::Time) => format!("d_{}", self.slot(Slot::Time)),
             Slot::Change(Moving::Rate(id)) => format!("d_{}", self.slot(Slot::Rate(id))),

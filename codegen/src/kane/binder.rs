@@ -14,7 +14,8 @@ use crate::laminate::{Formula, Geometry, Mechanism};
 use crate::program::{Fact, Phase, Section};
 use crate::source::codes::{self, Code};
 use crate::source::{
-    CoordinateId, Diagnostic, Diagnostics, InputId, JointId, ParameterId, Span, SpeedId,
+    CoordinateId, Diagnostic, Diagnostics, InputId, JointId, MemoryId, ParameterId, PointId, Span,
+    SpeedId,
 };
 use crate::symbolic::{Algebra, Expr, Tree};
 use crate::topology::{NodeId, Topology};
@@ -51,6 +52,10 @@ struct Symbols {
     speeds: Vec<Expr>,
     parameters: Vec<Expr>,
     inputs: Vec<Expr>,
+    /// What controllers remember.
+    memory: Vec<Expr>,
+    /// Positions of the output points, three numbers each, from when they are known.
+    points: Vec<Expr>,
 }
 
 impl<'a> Binder<'a> {
@@ -75,6 +80,10 @@ impl<'a> Binder<'a> {
             inputs: (0..mechanism.inputs.len())
                 .map(|index| algebra.leaf(Leaf::Input(InputId(index))))
                 .collect(),
+            memory: (0..mechanism.controllers.iter().map(|it| it.memory.len()).sum())
+                .map(|index| algebra.leaf(Leaf::Memory(MemoryId(index))))
+                .collect(),
+            points: Vec::new(),
         };
         Self {
             topology,
@@ -167,6 +176,21 @@ impl<'a> Binder<'a> {
     /// Returns an input of the model.
     pub fn input(&self, id: InputId) -> Expr {
         self.symbols.inputs[id.index()].clone()
+    }
+
+    /// Returns what a controller remembers.
+    pub fn memory(&self, id: MemoryId) -> Expr {
+        self.symbols.memory[id.index()].clone()
+    }
+
+    /// Makes the positions of the output points known to formulas of controllers.
+    pub fn know_points(&mut self, points: &[Expr]) {
+        self.symbols.points = points.to_vec();
+    }
+
+    /// Returns a coordinate of an output point, m.
+    pub fn place(&self, id: PointId, axis: usize) -> Expr {
+        self.symbols.points[3 * id.index() + axis].clone()
     }
 
     /// Creates a symbol for a given quantity.

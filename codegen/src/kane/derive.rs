@@ -66,6 +66,7 @@ fn equations(
     let momentum = momentum(b, &kinematics, &inertias);
     let closure = Closure::new(b, &kinematics);
     let outputs = Outputs::new(b, &kinematics);
+    let control = control(b, &outputs);
     let given = Given::new(b, &closure);
     let inverse = InverseDynamics::new(b, &kinematics, &inertias, &loads, &closure, &given);
     let phases = Phases {
@@ -104,6 +105,7 @@ fn equations(
         opening: b.trees(&inverse.opening),
         reactions: b.trees(&inverse.reactions),
         momentum: momentum.map(|components| b.trees(&components)),
+        control: control.map(|parts| parts.map(|part| b.trees(&part))),
         kinetic_energy: b.tree(&energy.kinetic),
         potential_energy: b.tree(&energy.potential),
         bindings: b.bindings(),
@@ -119,6 +121,28 @@ fn momentum(
 ) -> Option<Vec<Expr>> {
     let is_free = !binder.topology().mechanism.free.is_empty();
     is_free.then(|| Momentum::new(binder, kinematics, inertias).components)
+}
+
+/// Derives what the controllers remember and command.
+fn control(binder: &mut Binder, outputs: &Outputs) -> Option<[Vec<Expr>; 2]> {
+    let controllers = &binder.topology().mechanism.controllers;
+    if controllers.is_empty() {
+        return None;
+    }
+    binder.know_points(&outputs.points);
+    let (mut next, mut commands) = (Vec::new(), Vec::new());
+    for controller in controllers {
+        for memory in &controller.memory {
+            let what = format!("{}_{}", controller.name, memory.name);
+            next.push(binder.formula(&memory.next, &what, Some(memory.span)));
+        }
+        for command in &controller.commands {
+            let input = &binder.mechanism().inputs[command.input.index()];
+            let what = format!("{}_{input}", controller.name);
+            commands.push(binder.formula(&command.value, &what, Some(command.span)));
+        }
+    }
+    Some([next, commands])
 }
 
 fn gaps(binder: &mut Binder, gaps: &Gaps) -> GapTrees {

@@ -3,7 +3,7 @@
 use crate::laminate::Mechanism;
 use crate::program::{Fact, Section};
 use crate::source::ids::index;
-use crate::source::{CoordinateId, InputId, ParameterId, SpeedId};
+use crate::source::{CoordinateId, InputId, MemoryId, ParameterId, SpeedId};
 use crate::symbolic::Tree;
 use crate::topology::Topology;
 
@@ -29,6 +29,8 @@ pub enum Leaf {
     Acceleration(SpeedId),
     /// Given closure force lambda of a row, N.
     Multiplier(usize),
+    /// What a controller remembers.
+    Memory(MemoryId),
     /// An intermediate bound earlier.
     Bound(BindingId),
 }
@@ -103,6 +105,8 @@ pub struct Equations {
     /// Centre of mass (m), linear momentum (kg m/s) and angular momentum about that centre (kg m^2/s) of all
     /// moving bodies, 9. Only mechanisms with free bodies have it.
     pub momentum: Option<Vec<Tree<Leaf>>>,
+    /// Memory at the next sample, and commands, of all controllers. Only mechanisms with controllers have them.
+    pub control: Option<[Vec<Tree<Leaf>>; 2]>,
     /// Kinetic energy, J.
     pub kinetic_energy: Tree<Leaf>,
     /// Potential energy of gravity and springs, J.

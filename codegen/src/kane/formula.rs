@@ -25,6 +25,8 @@ impl Binder<'_> {
             Expression::Time => self.time(),
             Expression::Position(id) => self.coordinate(id.index()),
             Expression::Rate(id) => self.speed(id.index()),
+            Expression::Place(id, axis) => self.place(*id, *axis),
+            Expression::Memory(id) => self.memory(*id),
             Expression::Unary(function, x) => {
                 let x = self.formula(x, what, span);
                 if let Some(x) = self.value(&x) {

@@ -9,7 +9,7 @@ use super::elements::Elements;
 use crate::source::free::{COORDINATES, SPEED_NAMES, SPEEDS};
 use crate::source::ids::index;
 use crate::source::{
-    BodyId, CoordinateId, Expression, JointId, ParameterId, PointId, Span, SpeedId,
+    BodyId, Controller, CoordinateId, Expression, JointId, ParameterId, PointId, Span, SpeedId,
 };
 
 index!(
@@ -40,6 +40,8 @@ pub struct Mechanism {
     pub elements: Elements,
     /// Contacts of points with planes.
     pub contacts: Vec<Contact>,
+    /// Controllers in discrete time.
+    pub controllers: Vec<Controller>,
     /// Guess of the initial q, one per joint, rad.
     pub initial_q: Vec<f64>,
     /// Joints whose guess was given in the file: assembly moves these least.

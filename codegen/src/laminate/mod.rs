@@ -64,6 +64,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         forces: forces(model),
         elements: elements::elements(model),
         contacts: Vec::new(),
+        controllers: model.controllers.clone(),
         initial_q: fold::initial_angles(model, &mut found),
         cuts: model.cuts.clone(),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),

@@ -29,7 +29,11 @@ pub fn along_changes(function: Function, directions: &Directions) -> Function {
             Slot::Parameter(id) => Moving::Parameter(id),
             Slot::Input(id) => Moving::Input(id),
             // What follows from the parameters is differentiated before it moves out of the function.
-            Slot::Drawn(_) | Slot::Acceleration(_) | Slot::Multiplier(_) | Slot::Change(_) => {
+            Slot::Drawn(_)
+            | Slot::Acceleration(_)
+            | Slot::Multiplier(_)
+            | Slot::Memory(_)
+            | Slot::Change(_) => {
                 return None;
             }
         };

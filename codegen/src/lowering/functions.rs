@@ -19,8 +19,8 @@ use super::differentiate::{self, Directions};
 /// [`FunctionKind`].
 pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> {
     use FunctionKind::{
-        Closure, Contacts, Drives, Energy, Equations as Motion, Momentum, Points, Poses, Reactions,
-        Tangent,
+        Closure, Contacts, Control, Drives, Energy, Equations as Motion, Momentum, Points, Poses,
+        Reactions, Tangent,
     };
     let e = equations;
     let kinetic = std::slice::from_ref(&e.kinetic_energy);
@@ -48,6 +48,10 @@ pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> 
         match &e.momentum {
             Some(momentum) => of(Momentum, &[momentum]),
             None => Function { kind: Momentum, instructions: Vec::new(), outputs: Vec::new() },
+        },
+        match &e.control {
+            Some([next, commands]) => of(Control, &[next, commands]),
+            None => Function { kind: Control, instructions: Vec::new(), outputs: Vec::new() },
         },
         differentiate::along_changes(
             of(Tangent, &[&e.imbalance, &e.opening]),
@@ -298,6 +302,7 @@ impl Lowering {
             Leaf::Input(id) => Op::Load(Slot::Input(id)),
             Leaf::Acceleration(id) => Op::Load(Slot::Acceleration(id)),
             Leaf::Multiplier(row) => Op::Load(Slot::Multiplier(row)),
+            Leaf::Memory(id) => Op::Load(Slot::Memory(id)),
             Leaf::Bound(id) => match self.bound[id.index()] {
                 Some(value) => return value,
                 None => unreachable!("bindings refer to earlier ones, all of them needed"),

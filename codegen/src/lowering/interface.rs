@@ -1,10 +1,10 @@
 //! Interface of a mechanism for callers, collected from the earlier stages.
 
-use crate::program::{BodyInfo, FreeBodyInfo, Interface, JointInfo, ParameterInfo};
+use crate::program::{BodyInfo, ControllerInfo, FreeBodyInfo, Interface, JointInfo, ParameterInfo};
 use sha2::{Digest, Sha256};
 
 use crate::kane::Equations;
-use crate::source::JointId;
+use crate::source::{Controller, JointId};
 
 /// The interface of a mechanism.
 pub fn interface(equations: &Equations, source_name: &str, source_text: &str) -> Interface {
@@ -59,11 +59,24 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
             .collect(),
         drawn: 0,
         inputs: mechanism.inputs.clone(),
+        controllers: mechanism.controllers.iter().map(controller).collect(),
         rows: equations.gamma.len(),
         loops: topology.summary_lines(),
         rank: topology.rank,
         mobility: topology.mobility,
         cuts: mechanism.cuts.iter().map(|id| mechanism.joints[id.index()].name.clone()).collect(),
         size: mechanism.size,
+    }
+}
+
+fn controller(controller: &Controller) -> ControllerInfo {
+    let memory = controller.memory.iter();
+    ControllerInfo {
+        name: controller.name.clone(),
+        sample: controller.sample,
+        delay: controller.delay,
+        memory: memory.map(|memory| (memory.name.clone(), memory.initial)).collect(),
+        inputs: controller.commands.iter().map(|command| command.input).collect(),
+        pwm: controller.pwm,
     }
 }

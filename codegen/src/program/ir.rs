@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Pwm;
 use super::serial;
 use super::signature::FunctionKind;
 use super::{Fact, Section};
@@ -13,7 +14,7 @@ use crate::source::free::{
     COORDINATE_NAMES, COORDINATE_UNITS, COORDINATES, SPEED_NAMES, SPEED_UNITS, SPEEDS,
 };
 use crate::source::ids::index;
-use crate::source::{CoordinateId, InputId, JointId, ParameterId, SpeedId};
+use crate::source::{CoordinateId, InputId, JointId, MemoryId, ParameterId, SpeedId};
 
 index!(
     /// The result of an instruction of the same function.
@@ -68,6 +69,8 @@ pub enum Slot {
     Acceleration(SpeedId),
     /// Given closure force lambda of a row, N.
     Multiplier(usize),
+    /// What a controller remembers.
+    Memory(MemoryId),
     /// The direction of a derivative: the rate at which another slot changes.
     Change(Moving),
 }
@@ -205,6 +208,18 @@ impl Interface {
     }
 }
 
+impl Interface {
+    /// What all controllers remember: names and first values, in the order of the memory.
+    pub fn memory(&self) -> impl Iterator<Item = &(String, f64)> {
+        self.controllers.iter().flat_map(|controller| &controller.memory)
+    }
+
+    /// The inputs that controllers drive, in the order of the commands.
+    pub fn commands(&self) -> impl Iterator<Item = InputId> + '_ {
+        self.controllers.iter().flat_map(|controller| controller.inputs.iter().copied())
+    }
+}
+
 impl Program {
     /// The function of this kind.
     pub fn function_of(&self, kind: FunctionKind) -> &Function {
@@ -239,6 +254,8 @@ pub struct Interface {
     pub drawn: usize,
     /// Input names.
     pub inputs: Vec<String>,
+    /// Controllers, in file order.
+    pub controllers: Vec<ControllerInfo>,
     /// Rows of the acceleration's closure Jacobian.
     pub rows: usize,
     /// One line per loop: class, equations, rank, mobility.
@@ -290,6 +307,23 @@ pub struct BodyInfo {
     pub name: String,
     /// Part of the ground.
     pub fixed: bool,
+}
+
+/// A controller, as a caller sees it. Its memory and its commands follow those of the controllers before it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ControllerInfo {
+    /// Its name.
+    pub name: String,
+    /// Time between its samples, s.
+    pub sample: f64,
+    /// Time from a sample to the moment at which its commands act, s.
+    pub delay: f64,
+    /// Names and first values of what it remembers.
+    pub memory: Vec<(String, f64)>,
+    /// The inputs that it drives.
+    pub inputs: Vec<InputId>,
+    /// How its commands are switched, if they are.
+    pub pwm: Option<Pwm>,
 }
 
 /// A parameter, as a caller sees it.

@@ -24,7 +24,11 @@ mod verify;
 #[cfg(test)]
 pub(crate) mod tests;
 
+<<<<<<< HEAD
 pub use argument::Argument;
+=======
+pub use crate::source::controllers::Pwm;
+>>>>>>> ctrl
 pub use cost::Cost;
 pub use engine::{Engine, UnknownName};
 pub use executable::Executable;

@@ -1,6 +1,6 @@
 //! Which functions of a mechanism a backend writes.
 
-use super::ir::{Function, Program};
+use super::ir::{Function, Interface, Program};
 use super::signature::{FunctionKind, Role};
 
 /// Every function at once, among the names of functions.
@@ -101,14 +101,16 @@ impl Program {
     }
 
     /// The option of the command that chooses the functions that the program has, as [`Selection::option`]; empty too
-    /// where no free body has a momentum. The unrolled Jacobian counts as left out.
+    /// where no free body has a momentum and where there is no controller. The unrolled Jacobian counts as left out.
     pub fn option(&self) -> String {
-        let all = Selection::default();
-        let without = Selection(all.0 & !(1 << FunctionKind::Momentum as u16));
-        match self.selection().and(all) {
-            selection if self.interface.free.is_empty() && selection == without => all.option(),
-            selection => selection.option(),
-        }
+        let Interface { free, controllers, .. } = &self.interface;
+        let absent = [
+            (FunctionKind::Momentum, free.is_empty()),
+            (FunctionKind::Control, controllers.is_empty()),
+        ];
+        let absent = absent.into_iter().filter(|(_, is_absent)| *is_absent);
+        let absent = absent.fold(0, |set, (kind, _)| set | 1 << kind as u16);
+        Selection(self.selection().and(Selection::default()).0 | absent).option()
     }
 
     /// The program with the functions of a set; the others have neither instructions nor outputs.
@@ -151,8 +153,8 @@ mod tests {
     #[test]
     fn a_wrong_name_is_answered_with_the_right_ones() {
         let error = Selection::named(["acceleration", "projecton"]).unwrap_err().to_string();
-        let expected = "`projecton`; there are poses, points, energy, contacts, gaps, reactions, momentum, tangent, \
-                        acceleration, projection, jacobian, `all`";
+        let expected = "`projecton`; there are poses, points, energy, contacts, gaps, reactions, momentum, control, \
+                        tangent, acceleration, projection, jacobian, `all`";
         assert!(error.contains(expected), "{error}");
     }
 }

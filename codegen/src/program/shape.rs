@@ -79,6 +79,10 @@ pub enum Size {
     Parameters,
     /// The inputs.
     Inputs,
+    /// What all controllers remember.
+    Memory,
+    /// The inputs that controllers drive.
+    Commands,
 }
 
 impl Size {
@@ -99,6 +103,8 @@ impl Size {
             Self::Drawn => interface.drawn,
             Self::Parameters => interface.parameters.len(),
             Self::Inputs => interface.inputs.len(),
+            Self::Memory => interface.memory().count(),
+            Self::Commands => interface.commands().count(),
         }
     }
 }
@@ -120,6 +126,8 @@ impl std::fmt::Display for Size {
             Self::Drawn => "drawn",
             Self::Parameters => "parameters",
             Self::Inputs => "inputs",
+            Self::Memory => "memory",
+            Self::Commands => "commands",
         };
         f.write_str(symbol)
     }

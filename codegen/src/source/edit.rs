@@ -1,6 +1,7 @@
 //! Changes of a model that a command makes: it locks joints, removes forces, chooses the joints at
 //! which loops are cut, and gives inputs as functions of time.
 
+use super::controllers::Controller;
 use super::diagnostic::Spanned;
 use super::expression::Expression;
 use super::formula::Scope;
@@ -21,6 +22,10 @@ pub enum EditError {
     #[error("`{text}`: {reason}")]
     #[allow(missing_docs, reason = "the message explains the fields")]
     Expression { text: String, reason: String },
+    /// A controller drives the input.
+    #[error("the controller `{controller}` drives the input `{input}`: it cannot be given as well")]
+    #[allow(missing_docs, reason = "the message explains the fields")]
+    Controlled { input: String, controller: String },
 }
 
 /// Scope of an input's expression, which may depend on t and parameters.
@@ -128,6 +133,13 @@ impl SourceModel {
             let hint = alternatives(input, &names, "inputs");
             return Err(EditError::Unknown { what: "input", name: input.to_owned(), hint });
         };
+        let drives = |controller: &&Controller| {
+            controller.commands.iter().any(|command| command.input == id)
+        };
+        if let Some(controller) = self.controllers.iter().find(drives) {
+            let controller = controller.name.clone();
+            return Err(EditError::Controlled { input: input.to_owned(), controller });
+        }
         let given = vocabulary::read(text, &Parameters(self))
             .map_err(|reason| EditError::Expression { text: text.to_owned(), reason })?;
         for expression in self.expressions_mut() {
@@ -164,6 +176,11 @@ impl SourceModel {
         });
         let laws = air.chain(contacts).map(|expression| &mut expression.value);
         let elements = self.elements.laws_mut().map(|(law, _)| &mut law.value);
-        self.gravity.iter_mut().chain(joints).chain(forces).chain(laws).chain(elements)
+        let controllers = self.controllers.iter_mut().flat_map(|controller| {
+            let memory = controller.memory.iter_mut().map(|memory| &mut memory.next);
+            memory.chain(controller.commands.iter_mut().map(|command| &mut command.value))
+        });
+        let others = laws.chain(elements).chain(controllers);
+        self.gravity.iter_mut().chain(joints).chain(forces).chain(others)
     }
 }

@@ -6,7 +6,7 @@ use crate::arithmetic;
 
 use serde::{Deserialize, Serialize};
 
-use super::ids::{InputId, JointId, ParameterId};
+use super::ids::{InputId, JointId, MemoryId, ParameterId, PointId};
 
 /// A scalar expression over numbers, parameters, inputs, time, coordinates and speeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,10 @@ pub enum Expression {
     Position(JointId),
     /// `u.<joint>`, radians per second.
     Rate(JointId),
+    /// `x.<point>`, `y.<point>` or `z.<point>` in a controller: a coordinate of the point in the base frame, m.
+    Place(PointId, usize),
+    /// What a controller remembers.
+    Memory(MemoryId),
     /// A function of one argument.
     Unary(Unary, Box<Expression>),
     /// A power, or a function of two arguments.

@@ -47,6 +47,10 @@ index!(
     PointId
 );
 index!(
+    /// A number that a controller remembers, in file order, those of the first controller first.
+    MemoryId
+);
+index!(
     /// A contact, in file order.
     ContactId
 );

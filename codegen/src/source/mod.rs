@@ -12,6 +12,7 @@ use std::collections::BTreeSet;
 
 mod argument;
 pub mod codes;
+pub mod controllers;
 pub mod diagnostic;
 mod drawn;
 mod edit;
@@ -46,12 +47,15 @@ pub use argument::{
     AngleUnit, beyond_a_turn, has_no_unit, read_angle, read_as, read_in, read_quantity,
 };
 pub use codes::Code;
+pub use controllers::Controller;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanned};
 pub use drawn::{Drawn, Places};
 pub use edit::EditError;
 pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
-pub use ids::{BodyId, ContactId, CoordinateId, InputId, JointId, ParameterId, PointId, SpeedId};
+pub use ids::{
+    BodyId, ContactId, CoordinateId, InputId, JointId, MemoryId, ParameterId, PointId, SpeedId,
+};
 pub use model::*;
 pub use names::{alternatives, closest as closest_name, is_identifier, is_keyword};
 pub use polynomial::{Polynomial, Term};

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::argument::AngleUnit;
+use super::controllers::Controller;
 use super::diagnostic::{SourceFile, Span, Spanned};
 use super::drawn::Drawn;
 use super::elements::Elements;
@@ -60,6 +61,8 @@ pub struct SourceModel {
     pub elements: Elements,
     /// Contacts of points with planes.
     pub contacts: Vec<Contact>,
+    /// Controllers in discrete time.
+    pub controllers: Vec<Controller>,
     /// Joints at which loops are cut. For other loops a breadth-first search chooses the joint.
     pub cuts: Vec<JointId>,
     /// Hinge models by name.

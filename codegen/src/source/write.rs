@@ -14,7 +14,11 @@ use super::polynomial::Term;
 use super::schema::OUTLINE;
 use drawing::{body, drawn, measure, row};
 
+<<<<<<< HEAD
 mod drawing;
+=======
+mod controllers;
+>>>>>>> ctrl
 mod elements;
 
 /// Longest line of vertices.
@@ -51,6 +55,7 @@ pub fn to_yaml(model: &SourceModel) -> String {
     });
     elements::write(&mut out, model);
     section(&mut out, "contacts", &model.contacts, |out, item| contact(out, item, model));
+    controllers::write(&mut out, model);
     out
 }
 

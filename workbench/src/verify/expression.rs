@@ -32,6 +32,8 @@ impl Values {
             Expression::Time => [self.t, 1.0, 0.0],
             Expression::Position(id) => constant(self.q[id.index()]),
             Expression::Rate(id) => constant(self.u[id.index()]),
+            // Only formulas of controllers have these: no law of the motion.
+            Expression::Place(..) | Expression::Memory(_) => constant(f64::NAN),
             Expression::Unary(function, x) => unary(*function, self.jet(x)),
             Expression::Binary(operator, x, y) => binary(*operator, self.jet(x), self.jet(y)),
             Expression::Chain(first, rest) => {

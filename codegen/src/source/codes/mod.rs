@@ -80,6 +80,7 @@ macro_rules! codes {
 }
 
 mod contacts;
+mod controllers;
 mod drawing;
 mod elements;
 mod keys;
@@ -94,6 +95,7 @@ mod text;
 mod values;
 
 pub use contacts::*;
+pub use controllers::*;
 pub use drawing::*;
 pub use elements::*;
 pub use keys::*;
@@ -117,6 +119,7 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Masses, springs and angles", physics::ALL),
     ("Springs, tendons and motors", elements::ALL),
     ("Contacts", contacts::ALL),
+    ("Controllers", controllers::ALL),
     ("The mechanism", mechanism::ALL),
     ("Patterns", pattern::ALL),
     ("Files of popupCAD", popupcad::ALL),

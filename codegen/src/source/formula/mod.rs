@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::codes::{self, Code};
 use super::expression::{Binary, Expression, Unary};
-use super::ids::JointId;
+use super::ids::{JointId, PointId};
 use super::names;
 use super::units::split_number;
 use super::yaml::shorten;
@@ -52,6 +52,18 @@ pub(super) trait Scope {
     fn joints(&self) -> Vec<&str>;
     /// Why the expression must not depend on `q` and `u`; `None` if it may.
     fn motion_refused(&self) -> Option<&'static str>;
+    /// Why a name that exists cannot be used; `None` if it can.
+    fn symbol_refused(&self, _: &str) -> Option<String> {
+        None
+    }
+    /// The output point of this name.
+    fn point(&self, _: &str) -> Option<PointId> {
+        None
+    }
+    /// Every output point; `None` if the expression must not depend on them.
+    fn points(&self) -> Option<Vec<&str>> {
+        None
+    }
     /// The number of mistakes that were found in the file before this expression.
     fn earlier_mistakes(&self) -> usize {
         0
@@ -292,6 +304,9 @@ impl<'t> Parser<'t> {
             "t" => Some(Expression::Time),
             _ => match name.split_once('.') {
                 Some((prefix @ ("q" | "u"), joint)) => self.motion(prefix, joint, &range),
+                Some((axis @ ("x" | "y" | "z"), point)) if self.scope.points().is_some() => {
+                    self.place(axis, point, &range)
+                }
                 _ => self.symbol(name, &range),
             },
         };
@@ -319,7 +334,29 @@ impl<'t> Parser<'t> {
         Some(if prefix == "q" { Expression::Position(id) } else { Expression::Rate(id) })
     }
 
+    fn place(&mut self, axis: &str, point: &str, range: &Range<usize>) -> Option<Expression> {
+        let id = self.scope.point(point);
+        if id.is_none() {
+            let message = format!("there is no point `{}`", shorten(point));
+            let range = range.start + axis.len() + 1..range.end;
+            let mut problem = self.problem(codes::UNKNOWN_POINT, range, message, "unknown point");
+            let points = || self.scope.points().unwrap_or_default();
+            problem.hint = self.hint(point, points, "points");
+            self.problems.push(problem);
+        }
+        let axis = ["x", "y", "z"].iter().position(|known| *known == axis)?;
+        Some(Expression::Place(id?, axis))
+    }
+
     fn symbol(&mut self, name: &str, range: &Range<usize>) -> Option<Expression> {
+        if let Some(reason) = self.scope.symbol_refused(name) {
+            let message = format!("`{name}` is not allowed here");
+            let mut problem =
+                self.problem(codes::NOT_HERE, range.clone(), message, "driven by a controller");
+            problem.hint = Some(reason);
+            self.problems.push(problem);
+            return None;
+        }
         if let Some(symbol) = self.scope.symbol(name) {
             return Some(symbol);
         }

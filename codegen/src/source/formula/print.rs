@@ -60,6 +60,14 @@ fn write(expression: &Expression, least: u8, model: &SourceModel, text: &mut Str
             text.push_str("u.");
             text.push_str(&model.joints[id.index()].name.value);
         }
+        Expression::Place(id, axis) => {
+            text.push_str(["x.", "y.", "z."][*axis]);
+            text.push_str(&model.points[id.index()].name.value);
+        }
+        Expression::Memory(id) => {
+            let mut memory = model.controllers.iter().flat_map(|controller| &controller.memory);
+            text.push_str(memory.nth(id.index()).map_or("", |memory| &memory.name));
+        }
         Expression::Unary(Unary::Neg, x) => {
             text.push('-');
             write(x, SIGN, model, text);

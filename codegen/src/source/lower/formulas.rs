@@ -1,36 +1,65 @@
 //! Formulas: resolves their names and checks their units.
 
+use std::collections::HashMap;
+
 use crate::source::argument::beyond_a_turn;
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::expression::{Expression, Operator, Unary};
 use crate::source::fields::{Fields, array};
 use crate::source::formula::{self, Scope};
-use crate::source::ids::{InputId, JointId, ParameterId};
+use crate::source::ids::{InputId, JointId, MemoryId, ParameterId, PointId};
 use crate::source::schema::{Uses, Value};
 use crate::source::units::{self, ANGLE, Quantity};
 use crate::source::yaml::Node;
 
+use super::controllers::SAMPLE;
 use super::{Lowering, Names};
 
+<<<<<<< HEAD
 /// Why numbers of the drawing do not depend on q, u, t and inputs.
 const NO_MOTION: &str = "the drawing is the same at all times: it may depend on parameters only";
+=======
+/// What formulas of one controller see besides the names of the model.
+pub(super) struct Own<'d> {
+    /// The names of its memory.
+    pub memory: Vec<String>,
+    /// The first of its memory.
+    pub first: MemoryId,
+    /// The time between samples, s.
+    pub sample: f64,
+    /// Which controller drives which input.
+    pub driven: &'d HashMap<String, String>,
+}
+>>>>>>> ctrl
 
 struct Symbols<'n> {
     names: &'n Names,
     uses: Uses,
+    /// What the formulas of a controller see, too.
+    own: Option<&'n Own<'n>>,
     /// The number of mistakes in the file before this formula.
     earlier: usize,
 }
 
 impl Scope for Symbols<'_> {
     fn symbol(&self, name: &str) -> Option<Expression> {
+        if let Some(own) = self.own {
+            let mut memory = own.memory.iter();
+            if let Some(index) = memory.position(|known| known == name) {
+                return Some(Expression::Memory(MemoryId(own.first.index() + index)));
+            }
+            if name == SAMPLE {
+                return Some(Expression::Number(own.sample));
+            }
+        }
         let Names { parameters, inputs, .. } = self.names;
         let parameter = parameters.position(name).map(|i| Expression::Parameter(ParameterId(i)));
         parameter.or_else(|| inputs.position(name).map(|i| Expression::Input(InputId(i))))
     }
 
     fn symbols(&self) -> Vec<&str> {
+<<<<<<< HEAD
         let parameters = self.names.parameters.names();
         match self.uses {
             Uses::Parameters => parameters.collect(),
@@ -38,6 +67,12 @@ impl Scope for Symbols<'_> {
                 parameters.chain(self.names.inputs.names()).chain(["t"]).collect()
             }
         }
+=======
+        let own = self.own.into_iter().flat_map(|own| own.memory.iter().map(String::as_str));
+        let sample = self.own.map(|_| SAMPLE);
+        let symbols = self.names.parameters.names().chain(self.names.inputs.names());
+        symbols.chain(own).chain(sample).collect()
+>>>>>>> ctrl
     }
 
     fn joint(&self, name: &str) -> Option<JointId> {
@@ -46,6 +81,21 @@ impl Scope for Symbols<'_> {
 
     fn joints(&self) -> Vec<&str> {
         self.names.joints.names().collect()
+    }
+
+    fn symbol_refused(&self, name: &str) -> Option<String> {
+        let by = self.own?.driven.get(name)?;
+        Some(format!(
+            "the controller `{by}` drives this input: remember the command in the `memory` of a controller"
+        ))
+    }
+
+    fn point(&self, name: &str) -> Option<PointId> {
+        self.names.points.position(name).map(PointId)
+    }
+
+    fn points(&self) -> Option<Vec<&str>> {
+        self.own.map(|_| self.names.points.names().collect())
     }
 
     fn motion_refused(&self) -> Option<&'static str> {
@@ -83,21 +133,44 @@ impl Lowering<'_> {
     /// Reads a quantity, or an expression in SI and radians.
     pub(super) fn expression(&mut self, node: &Node, value: &Value) -> Option<Spanned<Expression>> {
         let (quantity, uses) = value.measured();
-        let expression = match node.scalar().filter(|_| !node.is_null()) {
+        let expression = self.formula_or_number(node, quantity, uses, None)?;
+        self.measures(node, &expression, quantity)?;
+        Some(Spanned { value: expression, span: node.span })
+    }
+
+    /// Reads a formula of a controller, in SI units and radians.
+    pub(super) fn law_of_controller(
+        &mut self,
+        node: &Node,
+        own: &Own,
+    ) -> Option<Spanned<Expression>> {
+        let value = self.formula_or_number(node, &units::NUMBER, Uses::Motion, Some(own))?;
+        Some(Spanned { value, span: node.span })
+    }
+
+    fn formula_or_number(
+        &mut self,
+        node: &Node,
+        quantity: &Quantity,
+        uses: Uses,
+        own: Option<&Own>,
+    ) -> Option<Expression> {
+        match node.scalar().filter(|_| !node.is_null()) {
             Some(scalar) if units::split_quantity(scalar.text.trim()).is_none() => {
                 if self.is_infinite(node) {
                     return None;
                 }
                 let text = &*scalar.text;
                 let earlier = self.diagnostics.0.len();
-                match formula::parse(text, &Symbols { names: &self.names, uses, earlier }) {
-                    Ok(expression) => expression,
+                match formula::parse(text, &Symbols { names: &self.names, uses, own, earlier }) {
+                    Ok(expression) => Some(expression),
                     Err(problems) => {
                         problems.into_iter().for_each(|problem| self.problem(node, problem));
-                        return None;
+                        None
                     }
                 }
             }
+<<<<<<< HEAD
             _ => Expression::Number(self.number(node, quantity)?.value),
         };
         if uses == Uses::Parameters {
@@ -105,6 +178,10 @@ impl Lowering<'_> {
         }
         self.measures(node, &expression, quantity)?;
         Some(Spanned { value: expression, span: node.span })
+=======
+            _ => Some(Expression::Number(self.number(node, quantity)?.value)),
+        }
+>>>>>>> ctrl
     }
 
     /// Reports a formula that depends on t or an input.

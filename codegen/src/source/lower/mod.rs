@@ -17,6 +17,7 @@ use super::yaml::{Entry, Node};
 
 mod bodies;
 mod contacts;
+mod controllers;
 #[cfg(feature = "drawings")]
 mod creases;
 mod drawn;
@@ -111,6 +112,7 @@ impl Lowering<'_> {
         let forces = self.each(declared.forces, Self::force);
         let elements = self.elements(&declared, points.as_deref(), &fixed);
         let contacts = self.each(declared.contacts, Self::contact);
+        let controllers = self.controllers(declared.controllers);
         let air = self.air(&fields);
         if pattern.is_none() {
             self.forget_consequences();
@@ -136,6 +138,7 @@ impl Lowering<'_> {
             forces: forces?,
             elements: elements?,
             contacts: contacts?,
+            controllers: controllers?,
             hinge_models: hinge_models?,
             air: air?,
             tolerance: 0.0,

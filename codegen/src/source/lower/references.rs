@@ -24,6 +24,7 @@ pub(super) struct Declared<'n> {
     pub tendons: &'n [Entry],
     pub motors: &'n [Entry],
     pub contacts: &'n [Entry],
+    pub controllers: &'n [Entry],
     pub hinge_models: &'n [Entry],
 }
 
@@ -114,6 +115,7 @@ impl Lowering<'_> {
             tendons: named("tendons"),
             motors: named("motors"),
             contacts: named("contacts"),
+            controllers: named("controllers"),
             hinge_models: named("hinge_models"),
         }
     }

@@ -79,6 +79,7 @@ pub(super) fn empty(name: String) -> SourceModel {
         forces: Vec::new(),
         elements: Default::default(),
         contacts: Vec::new(),
+        controllers: Vec::new(),
         hinge_models: Vec::new(),
         air: None,
         tolerance: 0.0,

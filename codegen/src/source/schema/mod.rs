@@ -9,6 +9,7 @@ use super::tunable::Tunable;
 pub use super::units::{FREQUENCY, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all_units, units_of};
 
 mod contacts;
+mod controllers;
 mod elements;
 mod forces;
 mod initial;
@@ -19,6 +20,8 @@ mod pattern;
 
 pub(crate) use contacts::{ALL, BODIES_FORM, CORNERS, OUTLINE, POINTS_FORM};
 pub use contacts::{CONTACT, PLANE};
+pub(crate) use controllers::ONE_SAMPLE;
+pub use controllers::{CONTROLLER, MEMORY, PWM};
 pub use elements::{BAND, MOTOR, TENDON, TWIST};
 pub use forces::{AIR, FORCE, POINT};
 pub use initial::{FREE_BODY, INITIAL};
@@ -204,6 +207,9 @@ pub const MAPPINGS: &[&Mapping] = &[
     &MOTOR,
     &CONTACT,
     &PLANE,
+    &CONTROLLER,
+    &MEMORY,
+    &PWM,
     &AIR,
     &HINGE_MODEL,
 ];

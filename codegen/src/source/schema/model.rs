@@ -2,6 +2,7 @@
 //! families of hinges.
 
 use super::contacts::CONTACT;
+use super::controllers::CONTROLLER;
 use super::elements::{BAND, MOTOR, TENDON, TWIST};
 use super::forces::{AIR, FORCE, POINT};
 use super::initial::INITIAL;
@@ -189,6 +190,13 @@ pub static MODEL: Mapping = Mapping {
             "nothing touches anything",
             "{ ground: { plane: { point: [0, 0, -20], normal: [0, 0, 1] }, friction: 0.6 } }",
             "Contacts of points with planes by name.",
+        ),
+        optional(
+            "controllers",
+            Value::Named(Kind::Other("a controller"), &Value::Mapping(&CONTROLLER)),
+            "the caller sets all inputs",
+            "{ servo: { sample: 5 ms, inputs: { motor: \"kp*(target - q.knee)\" } } }",
+            "Controllers in discrete time by name, which drive inputs.",
         ),
         optional(
             "air",
