@@ -37,6 +37,11 @@ pub enum Error {
         /// The first joint with such a value.
         joint: usize,
     },
+    /// A controller commands or remembers a number that is infinite or not a number.
+    Command {
+        /// The controller.
+        controller: usize,
+    },
     /// A loop cannot be closed.
     NotClosed {
         /// Loop with the largest residual.
@@ -78,7 +83,10 @@ impl Error {
             Self::Time => 5,
             Self::NoEquilibrium { .. } => 6,
             Self::StepTooSmall { .. } => 7,
-            Self::Workspace { .. } | Self::Length { .. } | Self::LeftOut { .. } => -1,
+            Self::Command { .. }
+            | Self::Workspace { .. }
+            | Self::Length { .. }
+            | Self::LeftOut { .. } => -1,
         }
     }
 }
@@ -100,6 +108,9 @@ impl fmt::Display for Error {
             }
             Self::NotFinite { joint } => {
                 write!(out, "joint {joint} has a value that is not finite")
+            }
+            Self::Command { controller } => {
+                write!(out, "controller {controller} has a value that is not finite")
             }
             Self::NotClosed { loop_index, residual, joint } => {
                 write!(out, "loop {loop_index} stays open by {residual:.3e} m")?;

@@ -12,6 +12,7 @@
 //! | derivatives of du/dt, linear motion about rest | [`jacobian()`], [`derivatives_along`], [`linearize`] |
 //! | motion | [`Dopri5`] (adaptive), [`Rodas`] (adaptive, for stiff hinges), [`Rk4`], [`SemiImplicitEuler`] |
 //! | motion between stops | [`Stopped`] |
+//! | controllers in discrete time | [`ControlLoop`], [`Controlled`] |
 //! | motion with rigid contacts and stops, at fixed steps | [`Rigid`] |
 //! | several designs or motions at once | [`Batch`] |
 //!
@@ -97,6 +98,7 @@ mod assembly;
 mod batch;
 mod closure_rows;
 pub mod constants;
+mod control;
 mod decomposition;
 mod delegate;
 mod energy;
@@ -127,6 +129,7 @@ mod workspace;
 pub use acceleration::{Constraint, acceleration, acceleration_and_forces, acceleration_in_motion};
 pub use arrays::{Closure, Equations, Forces, Jacobian};
 pub use assembly::{Assembly, assemble};
+pub use control::{Clock, Control, ControlLoop, Controlled, Controller, Pwm};
 pub use batch::{Batch, LaneError, Lanes, StatesOf};
 pub use energy::{Energy, Momentum};
 pub use equilibrium::{Equilibrium, equilibrium};

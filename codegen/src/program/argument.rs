@@ -16,6 +16,7 @@ pub enum Argument {
     Drawing,
     Accelerations,
     Multipliers,
+    Memory,
     TimeChange,
     PositionChange,
     SpeedChange,
@@ -38,6 +39,7 @@ impl Argument {
             }
             Self::Accelerations => vector("a", Speeds, "rad/s^2", "du/dt"),
             Self::Multipliers => vector("lambda", Rows, "N", "the closure forces"),
+            Self::Memory => vector("memory", Size::Memory, "SI", "what the controllers remember"),
             Self::TimeChange => array("dt", Shape::SCALAR, "s", "the change of t"),
             Self::PositionChange => vector("dq", Speeds, "rad", "the change of q"),
             Self::SpeedChange => vector("du", Speeds, "rad/s", "the change of u"),
@@ -64,6 +66,7 @@ impl Slot {
             Self::Drawn(place) => (Argument::Drawing, place),
             Self::Acceleration(id) => (Argument::Accelerations, id.index()),
             Self::Multiplier(row) => (Argument::Multipliers, row),
+            Self::Memory(id) => (Argument::Memory, id.index()),
             Self::Change(Moving::Time) => (Argument::TimeChange, 0),
             Self::Change(Moving::Position(id)) => (Argument::PositionChange, id.index()),
             Self::Change(Moving::Rate(id)) => (Argument::SpeedChange, id.index()),

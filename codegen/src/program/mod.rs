@@ -24,11 +24,8 @@ mod verify;
 #[cfg(test)]
 pub(crate) mod tests;
 
-<<<<<<< HEAD
-pub use argument::Argument;
-=======
 pub use crate::source::controllers::Pwm;
->>>>>>> ctrl
+pub use argument::Argument;
 pub use cost::Cost;
 pub use engine::{Engine, UnknownName};
 pub use executable::Executable;

@@ -68,11 +68,7 @@ impl Program {
             Slot::Input(id) | Slot::Change(Moving::Input(id)) => {
                 interface.inputs[id.index()].clone()
             }
-<<<<<<< HEAD
-            Slot::Multiplier(_) | Slot::Drawn(_) => index.to_string(),
-=======
-            Slot::Multiplier(_) | Slot::Memory(_) => index.to_string(),
->>>>>>> ctrl
+            Slot::Multiplier(_) | Slot::Memory(_) | Slot::Drawn(_) => index.to_string(),
             Slot::Time | Slot::Change(Moving::Time) => return argument.name().to_owned(),
         };
         format!("{}.{element}", argument.name())

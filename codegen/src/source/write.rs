@@ -14,11 +14,8 @@ use super::polynomial::Term;
 use super::schema::OUTLINE;
 use drawing::{body, drawn, measure, row};
 
-<<<<<<< HEAD
-mod drawing;
-=======
 mod controllers;
->>>>>>> ctrl
+mod drawing;
 mod elements;
 
 /// Longest line of vertices.

@@ -102,6 +102,11 @@ pub fn describe(error: &Error, interface: &Interface) -> String {
         }
         _ => None,
     };
+    if let Error::Command { controller } = *error
+        && let Some(controller) = interface.controllers.get(controller)
+    {
+        return format!("the controller `{}` has a value that is not finite", controller.name);
+    }
     match joint.and_then(|joint| interface.joints.get(joint)) {
         Some(joint) => format!("{error} (`{}`)", joint.name),
         None => error.to_string(),

@@ -1,6 +1,7 @@
 //! A program with values for its parameters and inputs: a mechanism that the runtime can integrate
 //! without a Rust compiler. An [`Engine`] evaluates its functions.
 
+mod controlled;
 mod mechanism;
 
 use lamc_runtime::plumbing::Margin;
@@ -35,6 +36,7 @@ struct State<'a> {
     u: &'a [f64],
     acceleration: &'a [f64],
     multipliers: &'a [f64],
+    memory: &'a [f64],
     change: Change<'a, f64>,
 }
 
@@ -207,6 +209,7 @@ impl<E: Engine> Executable<E> {
             Argument::Drawing => &self.drawing,
             Argument::Accelerations => at.acceleration,
             Argument::Multipliers => at.multipliers,
+            Argument::Memory => at.memory,
             Argument::TimeChange => std::slice::from_ref(&at.change.t),
             Argument::PositionChange => at.change.q,
             Argument::SpeedChange => at.change.u,

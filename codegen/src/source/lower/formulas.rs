@@ -16,10 +16,9 @@ use crate::source::yaml::Node;
 use super::controllers::SAMPLE;
 use super::{Lowering, Names};
 
-<<<<<<< HEAD
 /// Why numbers of the drawing do not depend on q, u, t and inputs.
 const NO_MOTION: &str = "the drawing is the same at all times: it may depend on parameters only";
-=======
+
 /// What formulas of one controller see besides the names of the model.
 pub(super) struct Own<'d> {
     /// The names of its memory.
@@ -31,7 +30,6 @@ pub(super) struct Own<'d> {
     /// Which controller drives which input.
     pub driven: &'d HashMap<String, String>,
 }
->>>>>>> ctrl
 
 struct Symbols<'n> {
     names: &'n Names,
@@ -59,20 +57,15 @@ impl Scope for Symbols<'_> {
     }
 
     fn symbols(&self) -> Vec<&str> {
-<<<<<<< HEAD
         let parameters = self.names.parameters.names();
+        let own = self.own.into_iter().flat_map(|own| own.memory.iter().map(String::as_str));
+        let own = own.chain(self.own.map(|_| SAMPLE));
         match self.uses {
             Uses::Parameters => parameters.collect(),
             Uses::Motion | Uses::Constants(_) => {
-                parameters.chain(self.names.inputs.names()).chain(["t"]).collect()
+                parameters.chain(self.names.inputs.names()).chain(own).chain(["t"]).collect()
             }
         }
-=======
-        let own = self.own.into_iter().flat_map(|own| own.memory.iter().map(String::as_str));
-        let sample = self.own.map(|_| SAMPLE);
-        let symbols = self.names.parameters.names().chain(self.names.inputs.names());
-        symbols.chain(own).chain(sample).collect()
->>>>>>> ctrl
     }
 
     fn joint(&self, name: &str) -> Option<JointId> {
@@ -134,6 +127,9 @@ impl Lowering<'_> {
     pub(super) fn expression(&mut self, node: &Node, value: &Value) -> Option<Spanned<Expression>> {
         let (quantity, uses) = value.measured();
         let expression = self.formula_or_number(node, quantity, uses, None)?;
+        if uses == Uses::Parameters {
+            self.depends_on_parameters(node, &expression)?;
+        }
         self.measures(node, &expression, quantity)?;
         Some(Spanned { value: expression, span: node.span })
     }
@@ -170,18 +166,8 @@ impl Lowering<'_> {
                     }
                 }
             }
-<<<<<<< HEAD
-            _ => Expression::Number(self.number(node, quantity)?.value),
-        };
-        if uses == Uses::Parameters {
-            self.depends_on_parameters(node, &expression)?;
-        }
-        self.measures(node, &expression, quantity)?;
-        Some(Spanned { value: expression, span: node.span })
-=======
             _ => Some(Expression::Number(self.number(node, quantity)?.value)),
         }
->>>>>>> ctrl
     }
 
     /// Reports a formula that depends on t or an input.
