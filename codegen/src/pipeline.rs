@@ -41,6 +41,9 @@ pub enum CompileError {
         "the drawing depends on parameters, and {0} cannot follow them; a Rust or a C module can"
     )]
     NotParametric(&'static str),
+    /// The model has controllers, and this output needs constant inputs. The text says which, and what to do.
+    #[error("{0}")]
+    Controlled(String),
     /// The symbolic engine could not be started.
     #[cfg(feature = "derive")]
     #[error(transparent)]
@@ -363,8 +366,16 @@ fn is_fixed(compiled: &Compiled, what: &'static str) -> Result<(), CompileError>
 }
 
 /// Writes the files of a source FMU: for each, its path in the archive and its text.
-pub fn fmu_files(compiled: &Compiled, version: Version) -> Vec<(String, String)> {
-    fmu::files(&compiled.program, version)
+///
+/// # Errors
+/// [`CompileError::Controlled`].
+pub fn fmu_files(
+    compiled: &Compiled,
+    version: Version,
+) -> Result<Vec<(String, String)>, CompileError> {
+    let uncontrolled = compiled.program.interface.without_controllers("FMUs");
+    uncontrolled.map_err(CompileError::Controlled)?;
+    Ok(fmu::files(&compiled.program, version))
 }
 
 /// Checks that every finite constant is also finite in single precision.

@@ -26,6 +26,7 @@ impl Program {
         from_rest: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.interface().without_free("fits").map_err(error)?;
+        self.interface().without_controllers("fits").map_err(error)?;
         let mut system = self.system();
         let parameters = &self.interface().parameters;
         let index = |name: &String| {

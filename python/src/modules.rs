@@ -60,6 +60,7 @@ impl Program {
             3 => Version::Fmi3,
             other => return Err(error(format_args!("FMI {other} is not one of 2, 3"))),
         };
-        Ok(PyBytes::new(py, &archive::pack(&pipeline::fmu_files(&self.compiled, version))))
+        let files = pipeline::fmu_files(&self.compiled, version).map_err(error)?;
+        Ok(PyBytes::new(py, &archive::pack(&files)))
     }
 }

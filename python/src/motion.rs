@@ -101,6 +101,8 @@ impl Arrays<'_> {
             poses: of(&poses, row, 12 * bodies).as_chunks().0.iter().map(pose).collect(),
             contacts: of(&touched, row, 6 * contacts).as_chunks().0.to_vec(),
             tensions: of(&pulls, row, tensions),
+            // The inputs of the motion stand beside its samples.
+            inputs: Vec::new(),
         };
         Ok(t.iter().enumerate().map(sample).collect())
     }

@@ -46,6 +46,7 @@ impl Program {
         q: Vec<f64>,
         inputs: Vec<f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        self.interface().without_controllers("states of rest").map_err(error)?;
         let system = self.system_with(&inputs)?;
         let compiled = self.compiled.clone();
         let state = State { t, u: system.speeds(), q };

@@ -93,11 +93,10 @@ struct Run {
 fn run(
     simulation: &mut Simulation,
     times: &[f64],
-    start: &[f64],
     mut next: impl FnMut(usize, &State<Vec<f64>, f64>) -> PyResult<Option<Vec<f64>>>,
 ) -> Run {
     let mut watch = Watch { steps: 0, interrupt: None };
-    let (mut held, mut all) = (start.to_vec(), Vec::new());
+    let mut all = Vec::new();
     let mut failure = None;
     for (sample, &t) in times.iter().enumerate() {
         match simulation.reach(t, || watch.is_interrupted()) {
@@ -106,7 +105,7 @@ fn run(
             Ok(Reached::Event) => {
                 let end = simulation.state().t;
                 failure = simulation.run([end], || false, |_| ()).err();
-                all.extend_from_slice(&held);
+                    all.extend_from_slice(simulation.system().inputs());
                 break;
             }
             Err(found) => {
@@ -116,10 +115,7 @@ fn run(
         }
         match next(sample, simulation.state()) {
             Ok(None) => {}
-            Ok(Some(values)) => {
-                simulation.hold_inputs(&values);
-                held = values;
-            }
+            Ok(Some(values)) => simulation.hold_inputs(&values),
             Err(raised) => {
                 watch.interrupt = Some(raised);
                 break;
@@ -129,7 +125,7 @@ fn run(
             failure = Some(found);
             break;
         }
-        all.extend_from_slice(&held);
+        all.extend_from_slice(simulation.system().inputs());
     }
     Run { failure, interrupt: watch.interrupt, held: all }
 }
@@ -210,7 +206,7 @@ impl Program {
             let mut simulation = simulation.map_err(|failure| self.failure(&failure))?;
             simulation.record_tensions(&self.compiled.topology.mechanism);
             events.into_iter().for_each(|event| simulation.watch(event));
-            let outcome = run(&mut simulation, times, &start, |sample, state| match controller {
+            let outcome = run(&mut simulation, times, |sample, state| match controller {
                 // The first call was made before.
                 Some(_) if sample == 0 => Ok(None),
                 Some(controller) => {

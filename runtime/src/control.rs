@@ -8,9 +8,11 @@
 //! at t = k T + i P         the upper level, for the share (command - lower) / (upper - lower) of the period P
 //! ```
 //!
-//! [`ControlLoop`] keeps the instants: [`next`](ControlLoop::next) says how far an integrator may go, and
+//! [`ControlLoop`] keeps the instants: [`until`](ControlLoop::until) says how far an integrator may go, and
 //! [`act`](ControlLoop::act) does what is due there. Firmware has timers instead, and calls the method `control` of the
 //! module from them.
+
+use core::ops::Range;
 
 use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf};
 
@@ -122,7 +124,7 @@ pub trait Controlled: Mechanism {
 ///     let mut control = ControlLoop::new(robot, state.t);
 ///     control.act(robot, &state)?;
 ///     while state.t < end {
-///         let to = end.min(state.t + dt).min(control.next(robot));
+///         let to = control.until(robot, end.min(state.t + dt));
 ///         let step = to - state.t;
 ///         rk4.step(robot, &mut state, step)?;
 ///         state.t = to;
@@ -151,6 +153,16 @@ struct Part<S> {
 }
 
 impl<S: Scalar> Part<S> {
+    /// The places of its numbers in memory.
+    fn memory(&self) -> Range<usize> {
+        self.memory..self.memory + self.controller.memory
+    }
+
+    /// The places of its commands.
+    fn commands(&self) -> Range<usize> {
+        self.command..self.command + self.controller.commands
+    }
+
     /// The instant a T + b P, or a T + delay, s.
     fn at(&self, samples: u32, later: S) -> S {
         S::from_f64(f64::from(samples)) * self.controller.sample + later
@@ -227,14 +239,19 @@ impl<M: Controlled> ControlLoop<M> {
         self.acting.as_ref()
     }
 
-    /// The next time, s, at which [`act`](Self::act) has something to do; infinite without controllers.
-    pub fn next(&self, mechanism: &M) -> M::Scalar {
-        let never = M::Scalar::from_f64(f64::INFINITY);
-        let falls = self.falls.as_ref().iter().fold(never, |next, &fall| next.min(fall));
-        (0..self.clocks.as_ref().len()).fold(falls, |next, index| {
+    /// How far an integrator may go towards `t`, s: to the next time at which [`act`](Self::act) has something to do, or
+    /// to `t`.
+    pub fn until(&self, mechanism: &M, t: M::Scalar) -> M::Scalar {
+        (0..self.clocks.as_ref().len()).fold(t, |until, index| {
             let part = self.part(mechanism, index);
+            let falls = self.falls.as_ref()[part.commands()].iter().copied();
             let instants = [Some(part.sample()), part.act(), part.pulse()];
-            instants.into_iter().flatten().fold(next, |next, instant| next.min(instant))
+            // What is as good as `t` is due there.
+            let before = t - part.same(t);
+            let instants = instants.into_iter().flatten().chain(falls);
+            instants
+                .filter(|instant| *instant < before)
+                .fold(until, |until, instant| until.min(instant))
         })
     }
 
@@ -294,20 +311,18 @@ impl<M: Controlled> ControlLoop<M> {
         let (q, u) = (state.q.as_ref(), state.u.as_ref());
         let memory = self.memory.as_ref();
         mechanism.write_control(state.t, q, u, memory, next.as_mut(), commands.as_mut())?;
-        let remembered = part.memory..part.memory + part.controller.memory;
-        let commanded = part.command..part.command + part.controller.commands;
-        let (next, commands) = (&next.as_ref()[remembered.clone()], &commands.as_ref()[commanded.clone()]);
+        let (next, commands) = (&next.as_ref()[part.memory()], &commands.as_ref()[part.commands()]);
         if !commands.iter().chain(next).all(|number| number.is_finite()) {
             return Ok(false);
         }
-        self.memory.as_mut()[remembered].copy_from_slice(next);
-        self.sampled.as_mut()[commanded].copy_from_slice(commands);
+        self.memory.as_mut()[part.memory()].copy_from_slice(next);
+        self.sampled.as_mut()[part.commands()].copy_from_slice(commands);
         Ok(true)
     }
 
     /// The commands of the last sample act from now on.
     fn take_effect(&mut self, mechanism: &mut M, part: &Part<M::Scalar>) {
-        for command in part.command..part.command + part.controller.commands {
+        for command in part.commands() {
             let value = self.sampled.as_ref()[command];
             self.acting.as_mut()[command] = value;
             if part.controller.pwm.is_none() {
@@ -320,10 +335,9 @@ impl<M: Controlled> ControlLoop<M> {
     fn modulate(&mut self, mechanism: &mut M, part: &mut Part<M::Scalar>, due: M::Scalar) -> bool {
         let Some(pwm) = part.controller.pwm else { return false };
         let mut acts = false;
-        let commands = part.command..part.command + part.controller.commands;
         while let Some(begin) = part.pulse().filter(|&begin| begin <= due) {
             acts = true;
-            for command in commands.clone() {
+            for command in part.commands() {
                 let duty = pwm.duty(self.acting.as_ref()[command]);
                 let [lower, upper] = pwm.levels;
                 let is_on = duty > M::Scalar::ZERO;
@@ -334,7 +348,7 @@ impl<M: Controlled> ControlLoop<M> {
             }
             part.end_pulse(&pwm);
         }
-        for command in commands {
+        for command in part.commands() {
             if self.falls.as_ref()[command] <= due {
                 acts = true;
                 mechanism.set_command(command, pwm.levels[0]);

@@ -191,6 +191,21 @@ impl Interface {
         }
     }
 
+    /// Refuses controllers for `what`, which needs constant inputs.
+    ///
+    /// # Errors
+    /// Returns what to do instead if there is a controller.
+    pub fn without_controllers(&self, what: &str) -> Result<(), String> {
+        match self.controllers.first() {
+            None => Ok(()),
+            Some(controller) => Err(format!(
+                "controller `{}` drives inputs in discrete time, and {what} need constant inputs: remove the controllers \
+                 from the model",
+                controller.name
+            )),
+        }
+    }
+
     fn name_of(&self, index: usize, parts: &[&str]) -> String {
         match index.checked_sub(self.joints.len()) {
             None => self.joints[index].name.clone(),

@@ -49,11 +49,13 @@ impl FunctionKind {
         &SIGNATURES[self as usize]
     }
 
-    /// What the function reads, in order: the inputs of its signature, and the numbers of the drawing if some depend
-    /// on parameters.
+    /// What the function reads, in order: the inputs of its signature without a memory in which nothing is remembered,
+    /// and the numbers of the drawing if some depend on parameters.
     pub fn inputs(self, interface: &Interface) -> impl Iterator<Item = Argument> + Clone {
         let is_drawn = interface.drawn > 0 && self != Self::Drawing;
+        let remembers = interface.memory().next().is_some();
         let given = self.signature().inputs.iter().copied();
+        let given = given.filter(move |&argument| argument != Argument::Memory || remembers);
         given.chain(is_drawn.then_some(Argument::Drawing))
     }
 

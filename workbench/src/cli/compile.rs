@@ -66,7 +66,8 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
             Fmi::Two => Version::Fmi2,
             Fmi::Three => Version::Fmi3,
         };
-        contents.push((path, archive::pack(&pipeline::fmu_files(&compiled, version))));
+        contents
+            .push((path, archive::pack(&pipeline::fmu_files(&compiled, version).map_err(fail)?)));
     }
     compiled.program = compiled.program.only(functions);
     if let Some(path) = &arguments.c {

@@ -55,6 +55,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     paths.input("--compare", &arguments.compare).check()?;
     let compiled = arguments.start.compile(&arguments.release)?;
     let system = arguments.start.system(&compiled)?;
+    system.interface().without_controllers("states of rest").map_err(fail)?;
     let mut rows = match &arguments.compare {
         Some(path) => {
             let joints = system.interface().joints.iter().map(|joint| &*joint.name);

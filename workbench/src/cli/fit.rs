@@ -63,6 +63,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     })?;
     let mut system = arguments.start.system(&compiled)?;
     system.interface().without_free("fits").map_err(fail)?;
+    system.interface().without_controllers("fits").map_err(fail)?;
     let parameters = system.interface().parameters.clone();
     let free = free_parameters(&arguments.free, &parameters)?;
     refuse_prescribed(&compiled.topology.mechanism, &parameters, &free)?;

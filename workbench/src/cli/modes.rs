@@ -47,6 +47,7 @@ struct Report<'a> {
 pub fn run(arguments: &Arguments) -> Outcome {
     let compiled = arguments.start.compile(&arguments.release)?;
     let system = arguments.start.system(&compiled)?;
+    system.interface().without_controllers("small motions").map_err(fail)?;
     let state = arguments.start.assembled(&compiled, &system)?;
     let rest = at_rest(&compiled.topology.mechanism, system, state)?;
     let Rest { state, system: resting, motions, .. } = &rest;

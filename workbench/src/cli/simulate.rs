@@ -188,6 +188,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let simulation = Simulation::new(system, state, work, &arguments.settings());
     let mut simulation = simulation.map_err(fail)?;
     simulation.record_tensions(&mechanism);
+    simulation.record_inputs();
     let progress = progress::bar(times.len() - 1);
     let outcome = simulation.run(times, interrupt::is_asked_for, |done| {
         progress.set_position(done.saturating_sub(1) as u64);

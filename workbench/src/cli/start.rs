@@ -5,12 +5,12 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 
 use clap::Args;
-use lamc::laminate::verdicts;
+use lamc::laminate::{Mechanism, verdicts};
 use lamc::pipeline::Compiled;
 use lamc::program::Interface;
 use lamc::source::{
-    Diagnostics, Numbers, Severity, SourceModel, beyond_a_turn, has_no_unit, read_angle, read_as,
-    read_quantity,
+    Controller, Diagnostics, EditError, Numbers, Severity, SourceModel, beyond_a_turn, has_no_unit,
+    read_angle, read_as, read_quantity,
 };
 use lamc_runtime::State;
 use lamc_workbench::execution::Jit;
@@ -148,6 +148,7 @@ impl Start {
         for setting in &self.input {
             let (name, text) = named(setting, INPUT)?;
             if read_quantity(text).is_some() {
+                undriven(mechanism, name)?;
                 let value = quantity("--input", (name, text), &compiled.numbers)?;
                 system.set_input(name, value).map_err(fail)?;
             }
@@ -239,6 +240,21 @@ fn warn_of_turns(option: &str, name: &str, text: &str, radians: Option<f64>) {
         warn(format_args!(
             "`{option} {name}={text}`: {turns}; for degrees write `{name}={text}deg`"
         ));
+    }
+}
+
+/// Refuses an input that a controller drives.
+fn undriven(mechanism: &Mechanism, input: &str) -> Result<(), Failed> {
+    let drives = |controller: &&Controller| {
+        let mut commands = controller.commands.iter();
+        commands.any(|command| mechanism.inputs[command.input.index()] == input)
+    };
+    match mechanism.controllers.iter().find(drives) {
+        None => Ok(()),
+        Some(controller) => {
+            let (input, controller) = (input.to_owned(), controller.name.clone());
+            Err(fail(EditError::Controlled { input, controller }))
+        }
     }
 }
 

@@ -50,6 +50,7 @@ fn motion(angles: &[f64]) -> Motion {
         points: Vec::new(),
         contacts: Vec::new(),
         tensions: Vec::new(),
+        inputs: Vec::new(),
         poses: vec![turned(0.0), turned(*q)],
     };
     Motion {
@@ -61,6 +62,7 @@ fn motion(angles: &[f64]) -> Motion {
         points: Vec::new(),
         contacts: Vec::new(),
         tensions: Vec::new(),
+        inputs: Vec::new(),
         size: 0.05,
         samples: angles.iter().enumerate().map(sample).collect(),
         complete: true,

@@ -209,6 +209,7 @@ impl Fold {
                 poses,
                 contacts: Vec::new(),
                 tensions: Vec::new(),
+                inputs: Vec::new(),
             }
         };
         Motion {
@@ -220,6 +221,7 @@ impl Fold {
             points: mechanism.points.iter().map(|point| point.name.clone()).collect(),
             contacts: Vec::new(),
             tensions: Vec::new(),
+            inputs: Vec::new(),
             size: mechanism.size,
             samples: path.samples.iter().map(sample).collect(),
             complete: path.end == End::Reached,

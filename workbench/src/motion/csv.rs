@@ -8,8 +8,8 @@ use lamc_runtime::Energy;
 use super::Motion;
 
 impl Motion {
-    /// Time, coordinates, speeds, accelerations, energies, closure, points, contacts and tensions. Numbers are written so
-    /// that they read back as they are.
+    /// Time, coordinates, speeds, accelerations, energies, closure, points, contacts, tensions and driven inputs. Numbers are
+    /// written so that they read back as they are.
     pub fn to_csv(&self) -> String {
         let mut text = "t [s]".to_owned();
         let accelerations = ["m/s^2", "m/s^2", "m/s^2", "rad/s^2", "rad/s^2", "rad/s^2"];
@@ -46,6 +46,9 @@ impl Motion {
         for tension in &self.tensions {
             let _ = write!(text, ",{tension}.tension [N]");
         }
+        for input in &self.inputs {
+            let _ = write!(text, ",{input} [SI]");
+        }
         text.push('\n');
         for sample in &self.samples {
             let Energy { kinetic, potential } = sample.energy;
@@ -53,7 +56,8 @@ impl Motion {
             let whole = [kinetic, potential, sample.closure];
             let _ = write!(text, "{:?}", sample.t);
             let places = sample.points.as_flattened().iter().chain(sample.contacts.as_flattened());
-            for number in joints.chain(&whole).chain(places).chain(&sample.tensions) {
+            let forces = sample.tensions.iter().chain(&sample.inputs);
+            for number in joints.chain(&whole).chain(places).chain(forces) {
                 let _ = write!(text, ",{number:?}");
             }
             text.push('\n');

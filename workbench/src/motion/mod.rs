@@ -36,6 +36,8 @@ pub struct Motion {
     pub contacts: Vec<String>,
     /// Springs between points and tendons, in the order of [`Sample::tensions`].
     pub tensions: Vec<String>,
+    /// Inputs that controllers drive, in the order of [`Sample::inputs`].
+    pub inputs: Vec<String>,
     /// Diagonal of the flat bounding box, m.
     pub size: f64,
     /// By ascending time.
@@ -104,6 +106,8 @@ pub struct Sample {
     pub contacts: Vec<[f64; 6]>,
     /// Tension of each spring between points and each tendon, N.
     pub tensions: Vec<f64>,
+    /// Each input that a controller drives, from this time on, SI.
+    pub inputs: Vec<f64>,
 }
 
 /// The pose of a body: the point drawn at x lies at R x + p in the base frame.
@@ -127,6 +131,7 @@ impl Motion {
             points: interface.points.clone(),
             contacts: interface.contacts.clone(),
             tensions: Vec::new(),
+            inputs: Vec::new(),
             size: interface.size,
             samples: Vec::new(),
             complete: true,
@@ -159,6 +164,7 @@ impl Motion {
             poses: system.poses(&q)?.as_ref().iter().map(pose).collect(),
             contacts,
             tensions: Vec::new(),
+            inputs: Vec::new(),
             q,
             u,
         });

@@ -23,6 +23,7 @@ impl Motion {
     /// translations T x B x 3              p, m
     /// contacts K, forces T x K x 6        position, m, and force, N, of contact points, if there are any
     /// tension_names L, tensions T x L     N, of springs between points and tendons, if there are any
+    /// input_names I, inputs T x I         SI, of inputs that controllers drive, if there are any
     /// complete                            whether the motion was simulated to its end
     /// ```
     ///
@@ -63,6 +64,11 @@ impl Motion {
             archive.names("tension_names", &self.tensions)?;
             let tensions = self.samples.iter().flat_map(|sample| &sample.tensions);
             archive.numbers("tensions", &[samples, self.tensions.len()], tensions.copied())?;
+        }
+        if !self.inputs.is_empty() {
+            archive.names("input_names", &self.inputs)?;
+            let inputs = self.samples.iter().flat_map(|sample| &sample.inputs);
+            archive.numbers("inputs", &[samples, self.inputs.len()], inputs.copied())?;
         }
         archive.array("complete", &[], bool::default_dtype(), std::iter::once(self.complete))?;
         Ok(archive.0.finish()?.into_inner())

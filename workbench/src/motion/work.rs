@@ -35,7 +35,7 @@ pub struct Work {
 impl Work {
     /// Starts with no work done. Returns `None` if something else changes the energy: forces, air, driven joints,
     /// friction, tendons of given tension, springs with dampers other than those of joints, contacts that dissipate
-    /// or end, springs or gravity that change with time.
+    /// or end, springs or gravity that change with time or with what a controller drives.
     pub fn new(mechanism: &Mechanism, parameters: &[f64], inputs: &[f64]) -> Option<Self> {
         let joints = &mechanism.joints;
         let springs =
@@ -48,12 +48,20 @@ impl Work {
         let is_damped = twists.clone().any(|twist| twist.damping != Expression::ZERO);
         let twists = twists.flat_map(|twist| [&twist.stiffness, &twist.rest]);
         let mut stored = springs.chain(lines).chain(twists).chain(&mechanism.gravity);
+        let commands = mechanism.controllers.iter().flat_map(|controller| &controller.commands);
+        let driven: Vec<_> = commands.map(|command| Expression::Input(command.input)).collect();
+        let changes = |law: &Expression| {
+            law.contains(&Expression::Time) || driven.iter().any(|input| law.contains(input))
+        };
         let is_alone = mechanism.forces.is_empty()
             && !is_damped
             && mechanism.air.is_none()
             && joints.iter().all(|joint| joint.drive.is_none() && joint.friction.is_none())
-            && mechanism.contacts.iter().all(conserves)
-            && !stored.any(|expression| expression.contains(&Expression::Time));
+            && mechanism
+                .contacts
+                .iter()
+                .all(|contact| conserves(contact) && !changes(&contact.stiffness))
+            && !stored.any(changes);
         is_alone.then(|| Self {
             hinges: joints.iter().map(|j| [j.damping.clone(), j.torque.clone()]).collect(),
             motors: elements.motors.clone(),
@@ -63,6 +71,11 @@ impl Work {
             exchanged: 0.0,
             doubt: 0.0,
         })
+    }
+
+    /// Sets the inputs of further steps, SI.
+    pub fn set_inputs(&mut self, inputs: &[f64]) {
+        self.inputs.copy_from_slice(inputs);
     }
 
     /// Adds the work of a step, from the states at its beginning, middle and end.
@@ -115,12 +128,9 @@ fn elastic(tension: &Tension) -> Option<[&Expression; 2]> {
     }
 }
 
-/// Returns whether a contact only stores energy, and gives all of it back.
+/// Returns whether a contact of constant stiffness only stores energy, and gives all of it back.
 fn conserves(contact: &Contact) -> bool {
-    let Contact { plane, stiffness, dissipation, friction, .. } = contact;
+    let Contact { plane, dissipation, friction, .. } = contact;
     let is_none = |law: &Expression| law.constant() == Some(0.0);
-    is_none(dissipation)
-        && is_none(friction)
-        && plane.outline.is_none()
-        && !stiffness.contains(&Expression::Time)
+    is_none(dissipation) && is_none(friction) && plane.outline.is_none()
 }

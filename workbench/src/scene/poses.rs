@@ -107,6 +107,7 @@ mod tests {
             points: Vec::new(),
             contacts: vec![[0.0, 0.0, 0.0, t, 2.0, -t]],
             tensions: Vec::new(),
+            inputs: Vec::new(),
             poses: vec![pose(t)],
         };
         let motion = Motion {
@@ -118,6 +119,7 @@ mod tests {
             points: Vec::new(),
             contacts: vec!["foot".to_owned()],
             tensions: Vec::new(),
+            inputs: Vec::new(),
             size: 1.0,
             samples: [0.5, 0.6, 0.9].map(sample).to_vec(),
             complete: true,

@@ -18,6 +18,7 @@
 //! # }
 //! ```
 
+mod control;
 mod error;
 mod events;
 mod pace;
@@ -42,6 +43,7 @@ use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped, 
 
 use crate::execution::Jit;
 use crate::motion::{Audit, Motion, Tensions, Work};
+use control::Control;
 use events::Watch;
 use pace::Pace;
 use plates::Plates;
@@ -114,6 +116,7 @@ pub struct Simulation {
     stopped: Vec<bool>,
     watches: Vec<Watch>,
     plates: Option<Plates>,
+    control: Control,
 }
 
 impl Simulation {
@@ -131,6 +134,7 @@ impl Simulation {
         let motion = Motion::new(system.interface());
         let is_rigid = matches!(settings.method, Method::Rigid { .. });
         let work = work.filter(|_| !is_rigid);
+        let control = Control::new(&system, state.t);
         let audit = Audit::new(&system, &state, settings.tolerance)?;
         let stopped = vec![false; system.interface().joints.len()];
         let mut system = Stopped::new(system);
@@ -160,6 +164,7 @@ impl Simulation {
             stopped,
             watches: Vec::new(),
             plates,
+            control,
         })
     }
 
@@ -193,8 +198,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Integrates to a time, s, or to an event that ends the motion, and records no sample. Interrupted as
-    /// [`run`](Self::run) is.
+    /// Integrates to a time, s, or to an event that ends the motion, and records no sample. Controllers act on the way
+    /// and at that time. Interrupted as [`run`](Self::run) is.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -202,6 +207,25 @@ impl Simulation {
         &mut self,
         t: f64,
         mut is_interrupted: impl FnMut() -> bool,
+    ) -> Result<Reached, SimulationError> {
+        loop {
+            self.act()?;
+            if !(self.state.t < t) {
+                return Ok(Reached::Time);
+            }
+            let until = self.control.until(&self.system.system, t);
+            let reached = self.reach_held(until, &mut is_interrupted)?;
+            if reached != Reached::Time {
+                return Ok(reached);
+            }
+        }
+    }
+
+    /// As [`reach`](Self::reach), with constant inputs.
+    fn reach_held(
+        &mut self,
+        t: f64,
+        is_interrupted: &mut impl FnMut() -> bool,
     ) -> Result<Reached, SimulationError> {
         while self.state.t < t {
             if is_interrupted() {
@@ -237,15 +261,6 @@ impl Simulation {
             }
         }
         Ok(Reached::Time)
-    }
-
-    /// Sets all inputs, SI, from the time that was reached on: they are held until they are set again. From the
-    /// first call on the energy is not audited.
-    pub fn hold_inputs(&mut self, inputs: &[f64]) {
-        self.system.system.set_inputs(inputs);
-        self.explicit.restart();
-        self.implicit.restart();
-        self.work = None;
     }
 
     /// What moves.

@@ -50,6 +50,11 @@ impl Simulation {
         self.motion.record(&self.system, &self.state)?;
         let Some(sample) = self.motion.samples.last_mut() else { return Ok(()) };
         sample.tensions = tensions;
+        if !self.motion.inputs.is_empty() {
+            let system = &self.system.system;
+            let commands = system.interface().commands();
+            sample.inputs = commands.map(|id| system.inputs()[id.index()]).collect();
+        }
         if let Method::Rigid { .. } = self.method {
             self.rigid.correct(&self.system, &self.state, sample);
         }

@@ -141,7 +141,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
 }
 
 /// The functions that the algorithms of a C module call.
-const KINDS: [FunctionKind; 11] = [
+const KINDS: [FunctionKind; 12] = [
     FunctionKind::Drawing,
     FunctionKind::Equations,
     FunctionKind::Closure,
@@ -151,6 +151,7 @@ const KINDS: [FunctionKind; 11] = [
     FunctionKind::Drives,
     FunctionKind::Contacts,
     FunctionKind::Momentum,
+    FunctionKind::Control,
     FunctionKind::Acceleration,
     FunctionKind::Projection,
 ];

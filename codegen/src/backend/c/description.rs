@@ -8,7 +8,7 @@ use super::Real;
 use super::body::constant;
 use crate::backend::identifiers::Names;
 use crate::backend::text::{comment, cuts, joints};
-use crate::program::{Interface, Program};
+use crate::program::{ControllerInfo, Interface, Program};
 use crate::source::free::{COORDINATES, SPEEDS};
 
 /// A status code that functions return.
@@ -90,6 +90,46 @@ fn counts(interface: &Interface) -> [(&'static str, usize); 7] {
     ]
 }
 
+/// A controller as macros.
+#[derive(Serialize)]
+struct Controller {
+    name: String,
+    /// Suffix of the macro, value and meaning.
+    numbers: Vec<(&'static str, String, &'static str)>,
+}
+
+/// Returns the times and the modulation of the controllers.
+fn controllers(interface: &Interface, real: Real) -> Vec<Controller> {
+    let names: Vec<&String> = interface.controllers.iter().map(|it| &it.name).collect();
+    let described = interface.controllers.iter().zip(upper(&names)).map(|(controller, name)| {
+        let mut numbers = vec![
+            ("SAMPLE", controller.sample, "time between samples, s"),
+            ("DELAY", controller.delay, "time from a sample until its commands act, s"),
+        ];
+        if let Some(pwm) = &controller.pwm {
+            numbers.extend([
+                ("PWM_PERIOD", pwm.period, "period of the modulation, s"),
+                ("PWM_LOWER", pwm.levels[0], "lower level of the inputs"),
+                ("PWM_UPPER", pwm.levels[1], "upper level of the inputs"),
+                ("PWM_LEAST", pwm.duty[0], "least share of a period at the upper level"),
+                ("PWM_GREATEST", pwm.duty[1], "greatest share of a period at the upper level"),
+            ]);
+        }
+        let number = |(suffix, value, what)| (suffix, constant(real, value), what);
+        Controller { name, numbers: numbers.into_iter().map(number).collect() }
+    });
+    described.collect()
+}
+
+/// Returns the names of what controllers remember.
+fn remembered(interface: &Interface) -> Vec<String> {
+    let of = |controller: &ControllerInfo| {
+        let names = controller.memory.iter().map(|(name, _)| format!("{}.{name}", controller.name));
+        names.collect::<Vec<_>>()
+    };
+    interface.controllers.iter().flat_map(of).collect()
+}
+
 /// Returns the values that the templates of the header and of the source have in common.
 pub fn of(program: &Program, real: Real) -> Context {
     let interface = &program.interface;
@@ -117,17 +157,29 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("pieces", &STEP_PIECES);
     context.insert("attempts", &(2 * STEP_PIECES - 1));
     let joint_names = interface.joints.iter().map(|joint| &joint.name).collect();
+    let commands: Vec<&String> =
+        interface.commands().map(|id| &interface.inputs[id.index()]).collect();
+    let memory: Vec<String> = remembered(interface);
     let indices: Vec<Indices> = [
         ("Joints, in the order of q and u.", "JOINT", joint_names),
         ("Bodies, in the order of the poses.", "BODY", bodies),
         ("Points, in their order.", "POINT", interface.points.iter().collect()),
         ("Contact points, in their order.", "CONTACT", interface.contacts.iter().collect()),
+        (
+            "What controllers remember, in the order of their memory.",
+            "MEMORY",
+            memory.iter().collect(),
+        ),
+        ("Inputs that controllers drive, in the order of their commands.", "COMMAND", commands),
     ]
     .into_iter()
     .filter(|(_, _, names)| !names.is_empty())
     .map(|(what, prefix, names)| Indices { what, prefix, names: upper(&names) })
     .collect();
     context.insert("indices", &indices);
+    let initial: Vec<_> = interface.memory().map(|(_, value)| constant(real, *value)).collect();
+    context.insert("memory", &initial);
+    context.insert("controllers", &controllers(interface, real));
     let names = fields(interface.parameters.iter().map(|parameter| &parameter.name));
     let parameters = names.into_iter().zip(&interface.parameters).map(|(name, parameter)| Field {
         name,

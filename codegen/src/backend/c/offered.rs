@@ -8,7 +8,7 @@ use crate::backend::text::wrap;
 use crate::program::{Argument, Array, FunctionKind, Interface, Program, Shape, Size};
 
 /// The functions of the program that the C interface offers directly.
-pub const OFFERED: [FunctionKind; 7] = [
+pub const OFFERED: [FunctionKind; 8] = [
     FunctionKind::Equations,
     FunctionKind::Closure,
     FunctionKind::Poses,
@@ -16,6 +16,7 @@ pub const OFFERED: [FunctionKind; 7] = [
     FunctionKind::Energy,
     FunctionKind::Contacts,
     FunctionKind::Momentum,
+    FunctionKind::Control,
 ];
 
 /// A function that the C interface offers directly.

@@ -113,6 +113,17 @@ impl<'a> Exports<'a> {
         let params_default = default("params_default", &quote!(p: *mut #params), &quote!(p));
         let inputs_default =
             default("inputs_default", &quote!(inputs: *mut #inputs), &quote!(inputs));
+        let memory = self.program.interface.memory().count();
+        let memory_default = (memory > 0 && has(self.program, FunctionKind::Control)).then(|| {
+            let memory = number(memory);
+            let with_defaults = &self.with_defaults;
+            let body = quote! {
+                #with_defaults
+                *memory = ::lamc_runtime::Controlled::memory(&robot);
+            };
+            let argument = quote!(memory: *mut [#real; #memory]);
+            self.function("memory_default", &argument, Returns::Nothing, &body)
+        });
         let initial = self.function(
             "initial",
             &quote!(q: *mut [#real; NQ], u: *mut [#real; NU], #constants),
@@ -142,7 +153,7 @@ impl<'a> Exports<'a> {
                 status(found.map(|_| ()))
             },
         );
-        quote!(#params_default #inputs_default #initial #assemble)
+        quote!(#params_default #inputs_default #memory_default #initial #assemble)
     }
 
     /// Returns the functions for projection, the acceleration, and the steps of a motion.
@@ -222,13 +233,14 @@ impl<'a> Exports<'a> {
             let (name, ty) = (format_ident!("{}", output.name), self.array(output.shape));
             quote!(#name: *mut #ty)
         });
+        let inputs = kind.inputs(&self.program.interface);
         let reads = |argument| signature.inputs.contains(&argument);
         let robot = match reads(Argument::Parameters) {
             true if reads(Argument::Inputs) => &self.with_numbers,
             true => &self.with_parameters,
             false => &self.with_defaults,
         };
-        let given = signature.inputs.iter().filter_map(|argument| match argument {
+        let given = inputs.filter_map(|argument| match argument {
             Argument::Time => Some(quote!(t)),
             Argument::Parameters | Argument::Inputs => None,
             state => {
@@ -276,7 +288,8 @@ impl<'a> Exports<'a> {
     /// Returns what a function reads, as parameters of an exported function.
     fn inputs_of(&self, kind: FunctionKind) -> TokenStream {
         let Self { real, params, inputs, .. } = self;
-        let parameters = kind.signature().inputs.iter().map(|argument| match argument {
+        let read = kind.inputs(&self.program.interface);
+        let parameters = read.map(|argument| match argument {
             Argument::Time => quote!(t: #real),
             Argument::Parameters => quote!(p: *const #params),
             Argument::Inputs => quote!(inputs: *const #inputs),

@@ -36,9 +36,8 @@ pub fn header(program: &Program, options: &Options) -> String {
     let cost = |f: &Function| Cost { name: f.kind.name(), cost: f.cost().to_string() };
     // Only mechanisms with contacts have gaps, only those with controllers have control, and only some drawings
     // have parameters.
-    let is_rare = |kind| {
-        matches!(kind, FunctionKind::Gaps | FunctionKind::Control | FunctionKind::Drawing)
-    };
+    let is_rare =
+        |kind| matches!(kind, FunctionKind::Gaps | FunctionKind::Control | FunctionKind::Drawing);
     let is_written = |f: &&Function| {
         options.functions.contains(f.kind) && !(is_rare(f.kind) && f.outputs.is_empty())
     };

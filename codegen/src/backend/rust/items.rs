@@ -4,6 +4,7 @@ use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
 use super::body::{Bodies, constant};
+use super::control::controlled;
 use super::exports::exports;
 use super::implementation::{batch, mechanism};
 use super::mechanism::model_item;
@@ -95,6 +96,7 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let methods = methods(program, &syntax);
     let mechanism = mechanism(program, choice, &syntax);
     let straight_line = straight_line(program, &syntax, &mut bodies);
+    let controlled = controlled(program, choice, &syntax, &fields);
     let batch = batch(program, choice, &fields);
     let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
     let table = bodies.table();
@@ -102,7 +104,7 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let (parts, texts) = bodies.finish();
     let parts = parts_of(program, &syntax, &parts);
     let tokens = quote! {
-        #sizes #names #table #tables #parameters #inputs #model #methods #mechanism #straight_line #parts #batch #exports
+        #sizes #names #table #tables #parameters #inputs #model #methods #mechanism #controlled #straight_line #parts #batch #exports
     };
     (tokens, texts)
 }

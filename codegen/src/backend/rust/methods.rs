@@ -3,6 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
+use super::control;
 use super::items::{Syntax, model, number, state, unused};
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, Program};
@@ -13,11 +14,11 @@ pub fn methods(program: &Program, syntax: &Syntax) -> TokenStream {
     let (model, unused) = (model(program), unused());
     let (algorithms, solutions) = (algorithms(program, syntax), solutions(program, syntax));
     let (evaluations, optional) = (evaluations(program, syntax), optional(program, syntax));
-    let momentum = momentum(program, syntax);
+    let (momentum, control) = (momentum(program, syntax), control::methods(program, syntax));
     quote! {
         #unused
         #[allow(clippy::type_complexity, reason = "a state and what was found")]
-        impl #bound #model #generic { #algorithms #solutions #evaluations #momentum #optional }
+        impl #bound #model #generic { #algorithms #solutions #evaluations #momentum #control #optional }
     }
 }
 

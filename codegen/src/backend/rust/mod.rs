@@ -5,6 +5,7 @@
 
 mod body;
 mod contacts;
+mod control;
 mod exports;
 mod fused;
 mod header;

@@ -3,6 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
+use super::control;
 use super::items::{number, unused};
 use crate::program::Program;
 
@@ -16,7 +17,7 @@ pub fn sizes(program: &Program) -> TokenStream {
     let joint_names = interface.joints.iter().map(|joint| &joint.name);
     let body_names = interface.bodies.iter().map(|body| &body.name);
     let point_names = &interface.points;
-    let unused = unused();
+    let (unused, control) = (unused(), control::names(program));
     let [coordinates, speeds] = docs(interface.free.is_empty());
     let free_names = interface.free.iter().map(|body| &body.name);
     let count = number(interface.free.len());
@@ -59,6 +60,7 @@ pub fn sizes(program: &Program) -> TokenStream {
         #unused
         pub const POINTS: [&str; #points] = [#(#point_names),*];
         #contacts
+        #control
     }
 }
 

@@ -73,6 +73,11 @@ impl<E: Engine> Executable<E> {
         &self.engine
     }
 
+    /// Whether the program has a function.
+    pub fn has(&self, kind: FunctionKind) -> bool {
+        self.functions.contains(&kind)
+    }
+
     /// Data of the mechanism, such as its joints and bodies.
     pub fn interface(&self) -> &Interface {
         &self.interface
@@ -140,7 +145,7 @@ impl<E: Engine> Executable<E> {
         out: &mut [&mut [f64]],
     ) -> Result<(), Error> {
         let signature = kind.signature();
-        if !self.functions.contains(&kind) {
+        if !self.has(kind) {
             return Err(Error::LeftOut { function: signature.name });
         }
         let read = kind.inputs(&self.interface).map(|argument| {
@@ -169,7 +174,7 @@ impl<E: Engine> Executable<E> {
         at: State<'_>,
         out: &mut [&mut [f64]],
     ) -> Result<Option<Margin<f64>>, Error> {
-        if !self.functions.contains(&kind) {
+        if !self.has(kind) {
             return Ok(None);
         }
         let mut margin = [f64::NAN; 2];

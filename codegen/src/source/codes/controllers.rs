@@ -21,7 +21,4 @@ codes! {
     UNKNOWN_INPUT "unknown-input"
         "A controller drives an input that the model does not have."
         "Declare the input under `inputs` of the model, or correct its name.";
-    CONTROLLED "controlled"
-        "A command cannot be used with a model that has controllers."
-        "Remove the controllers, and declare their inputs as free ones.";
 }

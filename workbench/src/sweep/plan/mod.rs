@@ -123,7 +123,8 @@ pub struct Quantity {
     pub value: f64,
     /// Its dimension, where it is known.
     pub dimension: Option<Dimension>,
-    /// Whether a motion can depend on it. It cannot on an input that a formula has replaced.
+    /// Whether a motion can depend on it. It cannot on an input that a formula has replaced or that a
+    /// controller drives.
     pub has_effect: bool,
 }
 
@@ -163,7 +164,9 @@ impl Quantities {
         for (index, (name, &value)) in interface.inputs.iter().zip(system.inputs()).enumerate() {
             let dimension = numbers.dimensions.get(name).copied();
             let (name, target) = (format!("input.{name}"), Target::Input(index));
-            let has_effect = slots.contains(&Slot::Input(InputId(index)));
+            let id = InputId(index);
+            let is_driven = interface.commands().any(|driven| driven == id);
+            let has_effect = slots.contains(&Slot::Input(id)) && !is_driven;
             all.push(Quantity { name, target, value, dimension, has_effect });
         }
         for (index, joint) in interface.joints.iter().enumerate().filter(|(_, it)| !it.driven) {
