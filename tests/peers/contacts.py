@@ -63,7 +63,7 @@ def robot(name, kind, text, options):
         "lamc": lamc.function("accelerations"),
         "lamc, no contacts": lamc.function("bare_accelerations"),
         "lamc, step": lamc.function("rk4_steps"),
-        "lamc, step, no contacts": lamc.function("bare_rk4_steps"),
+        "lamc, no contacts, step": lamc.function("bare_rk4_steps"),
     }
     error = difference(functions["lamc"].results(model.q, model.u), model.acceleration)
     assert error <= 1e-9, f"{name}: the module differs from its interpreter by {error:.1e}"
@@ -148,7 +148,8 @@ def mujoco_functions(name, model, bare):
     order = write(model, str(xml))
     simulated = Simulated(mujoco, xml, model, order)
     touching = simulated.check(name, bare)
-    variants = {"MuJoCo": xml}
+    variants = {"MuJoCo": xml, "MuJoCo, no contacts": p.WORK / f"{name}_bare.xml"}
+    write(model, str(variants["MuJoCo, no contacts"]), touches=False)
     if name == "plate":
         variants["MuJoCo, box"] = p.WORK / f"{name}_box.xml"
         write(model, str(variants["MuJoCo, box"]), boxes=[box(model)])

@@ -15,16 +15,16 @@ STEP = 1e-5
 RADIUS = 1e-9
 
 
-def write(model, path, boxes=None):
+def write(model, path, boxes=None, touches=True):
     """Returns the joints in MuJoCo's order (depth first). `boxes` are the half sizes and centres of boxes on nodes that
-    touch the plane in place of the contact points."""
+    touch the plane in place of the contact points; nothing touches if `touches` is False."""
     root = xml.Element("mujoco", model=model.name)
     xml.SubElement(root, "compiler", angle="radian", autolimits="false")
     option = xml.SubElement(root, "option", gravity=text(model.gravity), solver="Newton")
     off = ["limit", "frictionloss", "actuation", "sensor", "island"]
-    if model.contact is None:
+    if model.contact is None or not touches:
         off.append("contact")
-    else:
+    if model.contact is not None:
         option.set("integrator", "RK4")
         option.set("timestep", repr(STEP))
     xml.SubElement(option, "flag", dict.fromkeys(off, "disable"))

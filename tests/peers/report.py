@@ -185,22 +185,29 @@ def differences(results):
 
 def contacts(results):
     """Robots on the ground, of which the rows have what eight contact points cost and what MuJoCo takes."""
-    head = ["ns (times lamc's)", "points that touch", "lamc, no contacts", "lamc, eight points"]
+    labels = [
+        "lamc, no contacts",
+        "MuJoCo, no contacts",
+        "lamc, eight points",
+        "MuJoCo, eight spheres",
+        "MuJoCo, a box",
+    ]
     rows = []
     for name, found in results["contacts"].items():
-        touching = found["touching"]
+        touching, ns = found["touching"], found["ns"]
         mean = sum(touching) / max(len(touching), 1)
         span = f"{min(touching)} to {max(touching)}, mean {mean:.1f}" if touching else ""
         for what, suffix in (("acceleration", ""), ("RK4 step", ", step")):
-            own, ns = f"lamc{suffix}", found["ns"]
-            row = [f"{NAMES.get(name, name)}: {what}", span, number(ns[f"{own}, no contacts"])]
-            row.append(number(ns[own]))
+            row = [f"{NAMES.get(name, name)}: {what}", span]
+            for label in labels[:2]:
+                row.append(number(ns[label + suffix]) if label + suffix in ns else "")
+            row.append(number(ns[f"lamc{suffix}"]))
             for label in (f"MuJoCo{suffix}", f"MuJoCo, box{suffix}"):
                 ratio = found["ratio"].get(label)
                 row.append("" if ratio is None else f"{number(ns[label])} ({ratio:.1f})")
             rows.append(row)
-    head += ["MuJoCo, eight spheres", "MuJoCo, a box"]
-    return f"{machine(results)}\n\n{table(head, rows)}\n\n{contact_goals(results)}"
+    shown = table(["ns (times lamc's)", "points that touch", *labels], rows)
+    return f"{machine(results)}\n\n{shown}\n\n{contact_goals(results)}"
 
 
 def contact_goals(results):
