@@ -15,7 +15,7 @@ use std::{env, fs};
 
 use lamc_embedded_motion::{Motion, Robot};
 use lamc_generated::{jumper::Jumper, sixbar::Sixbar};
-use lamc_runtime::Scalar;
+use lamc_runtime::{Arithmetic, Scalar};
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 use serde::Deserialize;
 
@@ -44,8 +44,17 @@ impl Expected {
     /// The motion in Rust on this machine.
     fn new<M: Robot>(allowed: f64) -> Result<Self, Box<dyn Error>> {
         let mut motion = Motion::<M>::assembled().map_err(|error| format!("{error:?}"))?;
+        let mut contacts = vec![M::Scalar::ZERO; 6 * motion.contacts()];
+        let mut pushed = 0;
         for _ in 0..M::STEPS {
             motion.step().map_err(|error| format!("{error:?}"))?;
+            motion.write_contacts(&mut contacts).map_err(|error| format!("{error:?}"))?;
+            // Of six numbers per point, the last is the upward force.
+            pushed += u32::from(contacts.chunks(6).any(|point| point[5] > M::Scalar::ZERO));
+        }
+        // A robot with contacts has to leave the ground and to return to it.
+        if motion.contacts() > 0 && (pushed < M::STEPS / 10 || pushed > M::STEPS * 9 / 10) {
+            return Err(format!("the ground pushes in {pushed} of {} steps", M::STEPS).into());
         }
         let coordinates = motion.coordinates().map(M::Scalar::to_f64).collect();
         Ok(Self { coordinates, allowed, steps: M::STEPS })

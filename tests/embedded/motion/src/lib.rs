@@ -57,6 +57,21 @@ impl<M: Robot> Motion<M> {
         self.rk4.step(&self.robot, &mut self.state, M::Scalar::from_f64(M::STEP))
     }
 
+    /// The number of contact points.
+    pub fn contacts(&self) -> usize {
+        self.robot.dimensions().contacts
+    }
+
+    /// Writes position (m) and force (N) of each contact point, six numbers per point.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    pub fn write_contacts(&self, out: &mut [M::Scalar]) -> Result<(), Error> {
+        let StateOf::<M> { t, q, u } = &self.state;
+        self.robot.write_contacts(*t, q.as_ref(), u.as_ref(), out)
+    }
+
     /// q, then u (m, rad, s).
     pub fn coordinates(&self) -> impl Iterator<Item = M::Scalar> {
         self.state.q.as_ref().iter().chain(self.state.u.as_ref()).copied()
