@@ -18,14 +18,25 @@ pub const COORDINATES: usize = 7;
 /// Speeds of a free body: v, then w.
 pub const SPEEDS: usize = 6;
 
+/// The rows of W numbers behind those of the joints: of q or of u, one for each free body. Vectors that end before have
+/// none: nothing here can panic, so that firmware does not contain what panics.
+fn rows<S, const W: usize>(vector: &[S], joints: usize) -> &[[S; W]] {
+    vector.get(joints..).unwrap_or_default().as_chunks().0
+}
+
+/// As [`rows`].
+fn rows_mut<S, const W: usize>(vector: &mut [S], joints: usize) -> &mut [[S; W]] {
+    vector.get_mut(joints..).unwrap_or_default().as_chunks_mut().0
+}
+
 /// The part of a vector along q that belongs to the free bodies.
 fn coordinates<S>(q: &mut [S], joints: usize) -> &mut [[S; COORDINATES]] {
-    q[joints..].as_chunks_mut().0
+    rows_mut(q, joints)
 }
 
 /// The part of a vector along u that belongs to the free bodies.
 fn speeds<S>(u: &[S], joints: usize) -> &[[S; SPEEDS]] {
-    u[joints..].as_chunks().0
+    rows(u, joints)
 }
 
 /// q goes on by a step, as [`Mechanism::advance`](crate::Mechanism::advance) does.
@@ -44,9 +55,11 @@ pub fn advance<S: Arithmetic>(q: &mut [S], step: &[S], joints: usize) {
 
 /// dq/dt, as [`Mechanism::write_rates`](crate::Mechanism::write_rates) does.
 pub fn write_rates<S: Arithmetic>(q: &[S], u: &[S], out: &mut [S], joints: usize) {
-    out[..joints].copy_from_slice(&u[..joints]);
+    for (out, &u) in out.iter_mut().zip(u).take(joints) {
+        *out = u;
+    }
     let half = S::from_f64(0.5);
-    let bodies = q[joints..].as_chunks::<COORDINATES>().0.iter().zip(speeds(u, joints));
+    let bodies = rows::<S, COORDINATES>(q, joints).iter().zip(speeds(u, joints));
     for (out, (q, u)) in coordinates(out, joints).iter_mut().zip(bodies) {
         let [_, _, _, p @ ..] = *q;
         let [vx, vy, vz, a, b, c] = *u;
@@ -61,9 +74,9 @@ pub fn write_difference<S: Arithmetic>(from: &[S], to: &[S], out: &mut [S], join
     for ((out, &from), &to) in out.iter_mut().zip(from).zip(to).take(joints) {
         *out = to - from;
     }
-    let bodies = |q| <[S]>::as_chunks::<COORDINATES>(q).0;
-    let pairs = bodies(&from[joints..]).iter().zip(bodies(&to[joints..]));
-    for (out, (from, to)) in out[joints..].as_chunks_mut::<SPEEDS>().0.iter_mut().zip(pairs) {
+    let bodies = |q| rows::<S, COORDINATES>(q, joints);
+    let pairs = bodies(from).iter().zip(bodies(to));
+    for (out, (from, to)) in rows_mut::<S, SPEEDS>(out, joints).iter_mut().zip(pairs) {
         let ([fx, fy, fz, p @ ..], [tx, ty, tz, other @ ..]) = (*from, *to);
         let [a, b, c] = rotation(product(conjugate(p), other));
         *out = [tx - fx, ty - fy, tz - fz, a, b, c];
@@ -81,14 +94,13 @@ pub fn normalise<S: Arithmetic>(q: &mut [S], joints: usize) {
 /// The largest component of a step or of speeds: of angles in rad, and of the translations of free bodies over a
 /// length, m.
 pub fn extent<S: Arithmetic>(step: &[S], joints: usize, length: S) -> S {
-    let (angles, bodies) = step.split_at(joints);
+    let angles = step.get(..joints).unwrap_or(step);
     let largest = |parts: &[S], unit: S| {
         parts.iter().fold(S::ZERO, |most, &part| most.max((part / unit).abs()))
     };
-    let bodies = bodies.as_chunks::<SPEEDS>().0.iter();
-    bodies.fold(largest(angles, S::ONE), |most, body| {
-        let (translation, turn) = body.split_at(SPEEDS / 2);
-        most.max(largest(translation, length)).max(largest(turn, S::ONE))
+    speeds(step, joints).iter().fold(largest(angles, S::ONE), |most, body| {
+        let [vx, vy, vz, turn @ ..] = *body;
+        most.max(largest(&[vx, vy, vz], length)).max(largest(&turn, S::ONE))
     })
 }
 
@@ -176,6 +188,19 @@ mod tests {
         for i in 0..15 {
             let difference = (after[i] - before[i]) / (2.0 * h);
             assert!((rates[i] - difference).abs() <= 1e-9, "{i}: {} {difference}", rates[i]);
+        }
+    }
+
+    /// Firmware contains no code that panics; lengths are checked where a module is called.
+    #[test]
+    fn vectors_that_are_too_short_do_not_panic() {
+        for len in 0..3 {
+            let (mut out, short) = ([f64::NAN; 3], [0.5; 3]);
+            advance(&mut out[..len], &short[..len], 2);
+            write_rates(&short[..len], &short[..len], &mut out[..len], 2);
+            write_difference(&short[..len], &short[..len], &mut out[..len], 2);
+            normalise(&mut out[..len], 2);
+            assert_eq!(extent(&short[..len], 2, 1.0), if len == 0 { 0.0 } else { 0.5 });
         }
     }
 

@@ -1,10 +1,10 @@
 """Compares lamc with CasADi, MuJoCo and Pinocchio in one run: all results must agree, then all are timed in turns.
 
-    compare.py LAMC PEERS [--quick] [--document]
+    compare.py LAMC PEERS [--quick] [--document] [--contacts]
 
 LAMC is the compiler, PEERS the program that exports models. Results go to target/peers/results.json
 and, as text, to standard output; --document puts them into docs/PERFORMANCE.md and draws its plots.
---quick takes few mechanisms and short batches. Times are processor time of this thread.
+--quick takes few mechanisms and short batches, --contacts only robots on the ground. Times are processor time of this thread.
 """
 
 import argparse
@@ -13,15 +13,16 @@ import os
 import platform
 import re
 import statistics
-import subprocess
 import sys
 import time
 
 import bound
+import contacts
 import numpy as np
 import peers as p
 import report
 from model import Model
+from timing import measured
 
 CHAINS = [1, 2, 3, 6, 12, 24, 48, 96]
 # Kind, rows, columns.
@@ -39,29 +40,26 @@ def main():
     parser.add_argument("peers")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--document", action="store_true")
+    parser.add_argument("--contacts", action="store_true")
     options = parser.parse_args()
     if platform.machine() != "x86_64":
         sys.exit("the bound and the clock are those of x86-64: nothing is compared here")
     p.WORK.mkdir(parents=True, exist_ok=True)
     p.native("build", "-p", "lamc-runtime", "--features", "std")
-    chains = [6, 12] if options.quick else CHAINS
     profile = "users (release)" if "release" in options.lamc else "development"
-    results = {"machine": {**machine(), "profile": profile}, "mechanisms": {}}
-    mechanisms = [("sixbar", p.WORKSPACE / "examples" / "sixbar.yaml")]
-    for n in chains:
-        path = p.WORK / f"chain{n}.yaml"
-        path.write_text(output(options.peers, "chain", n))
-        mechanisms.append((path.stem, path))
-    for kind, rows, columns in [] if options.quick else SHEETS:
-        path = p.WORK / f"{kind}{rows}x{columns}.yaml"
-        path.write_text(output(options.peers, kind, rows, columns))
-        mechanisms.append((path.stem, path))
-    for name, path in mechanisms:
+    results = {"machine": {**machine(), "profile": profile, "clock": clock()}}
+    results["contacts"] = contacts.compare(options)
+    if options.contacts:
+        print("\n" + report.contacts(results))
+        if options.document:
+            report.replace(results, [report.contacts])
+        return
+    results["mechanisms"] = {}
+    for name, path in mechanisms(options):
         found = mechanism(name, path, options)
         results["mechanisms"][name] = found
         print(report.line(name, found), flush=True)
     results["lanes"] = {} if options.quick else lanes()
-    results["machine"]["clock"] = clock()
     (p.WORK / "results.json").write_text(json.dumps(results, indent=1) + "\n")
     print("\n" + report.tables(results))
     if options.document:
@@ -75,16 +73,24 @@ def main():
         sys.exit("\n".join(different))
 
 
-def output(*command):
-    return subprocess.run(
-        list(map(str, command)), check=True, capture_output=True, text=True
-    ).stdout
+def mechanisms(options):
+    """Names of mechanisms, and where their models are."""
+    found = [("sixbar", p.WORKSPACE / "examples" / "sixbar.yaml")]
+    for n in [6, 12] if options.quick else CHAINS:
+        path = p.WORK / f"chain{n}.yaml"
+        path.write_text(p.output(options.peers, "chain", n))
+        found.append((path.stem, path))
+    for kind, rows, columns in [] if options.quick else SHEETS:
+        path = p.WORK / f"{kind}{rows}x{columns}.yaml"
+        path.write_text(p.output(options.peers, kind, rows, columns))
+        found.append((path.stem, path))
+    return found
 
 
 def mechanism(name, path, options):
     """Builds, checks and times all programs that support this mechanism."""
     exported = p.WORK / f"{name}.json"
-    exported.write_text(output(options.peers, "export", path, STATES))
+    exported.write_text(p.output(options.peers, "export", path, STATES))
     model = Model(exported)
     own = p.Lamc(options.lamc, name, path)
     entries = {"lamc": (own.peer(model), {})}
@@ -112,7 +118,7 @@ def mechanism(name, path, options):
         "instructions": bound.counts(instructions),
         "mca": bound.mca(instructions) if instructions else None,
         "refused": refused,
-        "operations": report.operations(output(options.lamc, "check", path)),
+        "operations": report.operations(p.output(options.lamc, "check", path)),
         "peers": {
             label: {
                 "ns": statistics.median(times[label]),
@@ -132,39 +138,6 @@ def mechanism(name, path, options):
     }
 
 
-def measured(functions, model, quick):
-    """Time per state, ns, in each round: every program has one batch in a round, and each round begins with another program."""
-    batch, rounds = (3e5, 7) if quick else (2e6, 61)
-    out = np.zeros_like(model.q)
-    portions = {label: portion(function, model, batch) for label, function in functions.items()}
-    times = {label: [] for label in functions}
-    labels = list(functions)
-    for k in range(rounds):
-        for label in labels[k % len(labels) :] + labels[: k % len(labels)]:
-            states, repeats = portions[label]
-            q, u = model.q[:states], model.u[:states]
-            times[label].append(functions[label].run(q, u, out, repeats))
-    return times
-
-
-def portion(function, model, batch):
-    """The number of states, and of repetitions, that take about as long as a batch, ns."""
-    out = np.zeros_like(model.q)
-    states, repeats = 1, 1
-    while True:
-        # The first run of all reads the code from the disk.
-        spent = min(
-            function.run(model.q[:states], model.u[:states], out, repeats) * states * repeats
-            for _ in range(2)
-        )
-        if spent > batch / 1.4:
-            return states, repeats
-        if states < len(model.q):
-            states *= 2
-        else:
-            repeats *= 2
-
-
 def lanes():
     """How much faster a lane of four is than the scalar six-bar: acceleration, step."""
     printed = p.native("run", "-p", "lamc-generated", "--features", "simd", "--example", "lanes")
@@ -179,7 +152,7 @@ def machine():
         for line in info:
             key, _, value = line.partition(":")
             cpu.setdefault(key.strip(), value.strip())
-    first = lambda *command: output(*command).splitlines()[0]
+    first = lambda *command: p.output(*command).splitlines()[0]
     flags = [flag for flag in ("avx2", "fma", "avx512f") if flag in cpu.get("flags", "").split()]
     return {
         "processor": f"{cpu.get('vendor_id', '?')} {cpu.get('model name', '?')}",

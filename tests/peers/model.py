@@ -32,7 +32,7 @@ class Node:
 
 
 class Model:
-    """Nodes, joints, loops, states, gravity."""
+    """Nodes, joints, loops, contact points, states, gravity."""
 
     def __init__(self, path, aligned=True):
         with open(path) as file:
@@ -44,15 +44,20 @@ class Model:
         self.stiffness, self.damping, self.rest = (
             np.array([joint[key] for joint in joints]) for key in ("stiffness", "damping", "rest")
         )
-        self.q, self.u, self.acceleration, self.acceleration_at_rest = (
-            np.array([state[key] for state in data["states"]])
-            for key in ("q", "u", "acceleration", "acceleration_at_rest")
-        )
+        self.contact = data.get("contact")
+        states = lambda key: np.array([state[key] for state in data["states"] if key in state])
+        self.q, self.u, self.acceleration = map(states, ("q", "u", "acceleration"))
+        # Of mechanisms that touch nothing; of robots on the ground position and force of each point.
+        self.acceleration_at_rest, self.contacts = map(states, ("acceleration_at_rest", "contacts"))
         self.n = len(joints)
         self.nodes = []
         for raw in data["nodes"]:
-            joint = joints[raw["joint"]]
-            point, direction = np.array(joint["point"]), np.array(joint["direction"])
+            if raw["joint"] is None:
+                # A free body: its position is that of its centre of mass.
+                point, direction = np.array(raw["com"]), np.zeros(3)
+            else:
+                joint = joints[raw["joint"]]
+                point, direction = np.array(joint["point"]), np.array(joint["direction"])
             x = direction * raw["sense"]
             z = np.array([0.0, 0.0, 1.0])
             axes = np.column_stack([x, np.cross(z, x), z]) if aligned else np.eye(3)

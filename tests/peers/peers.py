@@ -74,6 +74,12 @@ def run(*command, **options):
     return end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
 
 
+def output(*command):
+    return subprocess.run(
+        list(map(str, command)), check=True, capture_output=True, text=True
+    ).stdout
+
+
 def outdated(target, *sources):
     return not target.exists() or any(
         source.stat().st_mtime > target.stat().st_mtime for source in sources
@@ -89,14 +95,7 @@ class Lamc:
         camel = "".join(word.capitalize() for word in name.split("_"))
         named, library = WORK / f"{name}_model.rs", WORK / f"lib{name}.so"
         named.write_text(f'mod module {{ include!("{module}"); }}\nuse module::{camel} as Model;\n')
-        runtime = WORK / "runtime" / "release"
-        self.compilation = run(
-            os.environ.get("RUSTC", "rustc"), "--edition", "2024", "--crate-type", "cdylib",
-            "-A", "warnings", "-C", "opt-level=3", "-C", "target-cpu=native",
-            "--crate-name", name, "--extern", f"lamc_runtime={runtime / 'liblamc_runtime.rlib'}",
-            "-L", f"dependency={runtime / 'deps'}", "-o", library, HERE / "lamc.rs",
-            env={**os.environ, "MODEL": str(named)},
-        )  # fmt: skip
+        self.compilation = compiled(HERE / "lamc.rs", named, library, name)
         self.path, self.library = library, ctypes.CDLL(str(library))
         self.bytes = module.stat().st_size
 
@@ -106,6 +105,18 @@ class Lamc:
     def other(self, model, function):
         """Another function of the module, timed in the same way."""
         return Peer(function, list(range(model.n)), 1e-9, getattr(self.library, function))
+
+
+def compiled(source, model, library, name):
+    """Compiles a crate around modules of lamc, which `model` names. Returns seconds of processor time."""
+    runtime = WORK / "runtime" / "release"
+    return run(
+        os.environ.get("RUSTC", "rustc"), "--edition", "2024", "--crate-type", "cdylib",
+        "-A", "warnings", "-C", "opt-level=3", "-C", "target-cpu=native",
+        "--crate-name", name, "--extern", f"lamc_runtime={runtime / 'liblamc_runtime.rlib'}",
+        "-L", f"dependency={runtime / 'deps'}", "-o", library, source,
+        env={**os.environ, "MODEL": str(model)},
+    )  # fmt: skip
 
 
 def native(command, *arguments):
@@ -204,6 +215,21 @@ def mujoco_peers(name, path):
         return {}
     from mujoco_model import write
 
+    model = Model(path)
+    xml = WORK / f"{name}.xml"
+    order = write(model, str(xml))
+    lib = mujoco_library(mujoco)
+    handle = ctypes.c_void_p(lib.create(str(xml).encode()))
+    if not handle:
+        missing("MuJoCo", f"{xml} is refused")
+        return {}
+    call = lambda *arguments: lib.accelerations(handle, *arguments)
+    tolerance = 1e-5 if model.loops else 1e-8
+    return {"MuJoCo": (Peer("MuJoCo", order, tolerance, call, at_rest=bool(model.loops)), {})}
+
+
+def mujoco_library(mujoco):
+    """The functions of mujoco.c."""
     folder = Path(mujoco.__file__).parent
     [engine] = folder.glob("libmujoco.so*")
     library = WORK / "libmujoco_states.so"
@@ -212,18 +238,9 @@ def mujoco_peers(name, path):
             "gcc", *C_FLAGS, f"-I{folder / 'include'}", HERE / "mujoco.c", "-o", library,
             engine, f"-Wl,-rpath,{folder}",
         )  # fmt: skip
-    model = Model(path)
-    xml = WORK / f"{name}.xml"
-    order = write(model, str(xml))
-    lib = ctypes.CDLL(str(library))
-    lib.create.restype = ctypes.c_void_p
-    handle = ctypes.c_void_p(lib.create(str(xml).encode()))
-    if not handle:
-        missing("MuJoCo", f"{xml} is refused")
-        return {}
-    call = lambda *arguments: lib.accelerations(handle, *arguments)
-    tolerance = 1e-5 if model.loops else 1e-8
-    return {"MuJoCo": (Peer("MuJoCo", order, tolerance, call, at_rest=bool(model.loops)), {})}
+    found = ctypes.CDLL(str(library))
+    found.create.restype = ctypes.c_void_p
+    return found
 
 
 def pinocchio_library(compiler, prefix, quick):

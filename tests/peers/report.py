@@ -15,7 +15,10 @@ NAMES = {
     "miura6x6": "Miura 6x6",
     "miura8x8": "Miura 8x8",
     "yoshimura4x5": "Yoshimura 4x5",
+    "free_sixbar": "free six-bar",
 }
+# What eight contact points may add to an acceleration, ns.
+MOST_MORE = 150
 
 
 def operations(check):
@@ -180,6 +183,44 @@ def differences(results):
     return table(["", "lamc", *COLUMNS], rows)
 
 
+def contacts(results):
+    """Robots on the ground, of which the rows have what eight contact points cost and what MuJoCo takes."""
+    labels = [
+        "lamc, no contacts",
+        "MuJoCo, no contacts",
+        "lamc, eight points",
+        "MuJoCo, eight spheres",
+        "MuJoCo, a box",
+    ]
+    rows = []
+    for name, found in results["contacts"].items():
+        touching, ns = found["touching"], found["ns"]
+        mean = sum(touching) / max(len(touching), 1)
+        span = f"{min(touching)} to {max(touching)}, mean {mean:.1f}" if touching else ""
+        for what, suffix in (("acceleration", ""), ("RK4 step", ", step")):
+            row = [f"{NAMES.get(name, name)}: {what}", span]
+            for label in labels[:2]:
+                row.append(number(ns[label + suffix]) if label + suffix in ns else "")
+            row.append(number(ns[f"lamc{suffix}"]))
+            for label in (f"MuJoCo{suffix}", f"MuJoCo, box{suffix}"):
+                ratio = found["ratio"].get(label)
+                row.append("" if ratio is None else f"{number(ns[label])} ({ratio:.1f})")
+            rows.append(row)
+    shown = table(["ns (times lamc's)", "points that touch", *labels], rows)
+    return f"{machine(results)}\n\n{shown}\n\n{contact_goals(results)}"
+
+
+def contact_goals(results):
+    """What eight contact points add."""
+    rows = []
+    for name, found in results["contacts"].items():
+        reached, (touched, bare) = found["more_ns"], found["operations"]
+        missed = "" if reached <= MOST_MORE else " (not met)"
+        row = [NAMES.get(name, name), f"<= {MOST_MORE}", number(reached) + missed, touched - bare]
+        rows.append(row)
+    return table(["eight contact points", "target, ns more", "reached", "operations more"], rows)
+
+
 def machine(results):
     m = results["machine"]
     packages = ", ".join(f"{name} {version}" for name, version in m["packages"].items())
@@ -191,19 +232,30 @@ def machine(results):
 
 
 def tables(results):
-    return "\n\n".join(f(results) for f in (machine, ratios, own, limits, goals)) + "\n"
+    parts = (machine, ratios, own, limits, goals, contacts)
+    return "\n\n".join(f(results) for f in parts) + "\n"
 
 
 def document(results):
     """Replaces the text between markers, and draws the plots."""
+    replace(results, (machine, ratios, own, limits, goals, differences, contacts))
+    plots(results)
+
+
+def replace(results, parts):
+    """Replaces the text between the markers of these parts."""
     text = DOCUMENT.read_text()
-    for part in (machine, ratios, own, limits, goals, differences):
+    for part in parts:
         name = part.__name__
         marked = rf"(<!-- {name} -->\n).*?(\n<!-- end -->)"
         replaced = rf"\1\n{part(results)}\n\2"
         text, count = re.subn(marked, replaced, text, flags=re.DOTALL)
         assert count == 1, f"{DOCUMENT} has {count} places for {name}"
     DOCUMENT.write_text(text)
+
+
+def plots(results):
+    """Draws the plots."""
     chains = [found for name, found in results["mechanisms"].items() if name.startswith("chain")]
     cost = {
         label: [(c["n"], e["ns"]) for c in chains if (e := entry(c, label))]

@@ -11,6 +11,8 @@
 
 /* SysTick counts down from here. */
 #define RELOAD 0x00ffffffu
+/* Steps whose stack is measured. */
+#define STACK_STEPS 100
 /* The pattern that unused stack is painted with. */
 #define PAINT 0xc5c5c5c5u
 
@@ -127,7 +129,7 @@ int main(void)
     print(", \"longest_step\": ");
     print_number(longest, 10, 1);
     /* Continues the motion to measure the stack of a step: painting takes longer than the step. */
-    for (int step = 0; step < STEPS / 10; step++) {
+    for (int step = 0; step < STACK_STEPS; step++) {
         uint32_t used = depth(motion_step, &status);
         stack = used > stack ? used : stack;
     }

@@ -1,5 +1,6 @@
 /* The motion that every target computes: a model, released at its initial state, for a second. Compiled with
- * -DHEADER=".." -DMODEL=.. -DUPPER=.., and with -DFREE if it has free bodies. */
+ * -DHEADER=".." -DMODEL=.. -DUPPER=.., with -DFREE if it has free bodies, and with -DSTEPS=.. -DSTEP=.. (s) unless
+ * its steps are of a millisecond. */
 #ifndef MOTION_H
 #define MOTION_H
 
@@ -8,7 +9,10 @@
 #include START
 #endif
 
+#ifndef STEPS
 #define STEPS 1000
+#define STEP 1e-3
+#endif
 
 #define JOIN_(a, b) a##_##b
 #define JOIN(a, b) JOIN_(a, b)
@@ -37,10 +41,10 @@ static inline int motion_assemble(motion *m)
     return F(initial)(m->q, m->u, &m->params, &m->inputs);
 }
 
-/* Advances the motion by a millisecond. */
+/* Advances the motion by a step. */
 static inline int motion_step(motion *m)
 {
-    return F(step_rk4)(&m->t, m->q, m->u, (REAL)1e-3, &m->params, &m->inputs);
+    return F(step_rk4)(&m->t, m->q, m->u, (REAL)STEP, &m->params, &m->inputs);
 }
 
 /* The bits of number i of q, then u, as a double. */

@@ -5,6 +5,7 @@
 //! peers miura 3 4           a sheet of three by four parallelograms, to standard output
 //! peers yoshimura 3 4       a sheet of three strips of eight triangles, to standard output
 //! peers export MODEL 64     the numeric model and 64 of its states as JSON, to standard output
+//! peers contacts MODEL 64   the same of a robot on the ground, with its contact points, in motion
 //! ```
 //!
 //! SI and radians; vectors and tensors in flat coordinates, where all q = 0.
@@ -14,13 +15,18 @@ use std::path::Path;
 use lamc::program::Interpreter;
 use lamc::source::Expression;
 use lamc::topology::{LoopClass, Node, Topology};
-use lamc_runtime::{Mechanism, acceleration};
+use lamc_runtime::{Integrator, Mechanism, State, acceleration};
 use lamc_tests::chain::chain;
-use lamc_tests::compile;
 use lamc_tests::random::{Random, closed_state, closed_state_about};
 use lamc_tests::sheets::{miura, yoshimura};
+use lamc_tests::{compile, dopri5};
+use lamc_workbench::execution::Jit;
 use nalgebra::Matrix3;
 use serde_json::{Value, json};
+
+/// The motion of a robot on the ground is looked at so many times, and so often, s.
+const SAMPLES: u32 = 400;
+const SAMPLE: f64 = 1e-3;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -29,13 +35,14 @@ fn main() {
         ["miura", rows, columns] => print!("{}", miura(number(rows), number(columns))),
         ["yoshimura", rows, columns] => print!("{}", yoshimura(number(rows), number(columns))),
         ["export", model, states] => println!("{}", export(Path::new(model), number(states))),
+        ["contacts", model, states] => println!("{}", contacts(Path::new(model), number(states))),
         _ => usage(),
     }
 }
 
 fn usage() -> ! {
     eprintln!(
-        "usage: peers chain HINGES | peers miura|yoshimura ROWS COLUMNS | peers export MODEL STATES"
+        "usage: peers chain HINGES | peers miura|yoshimura ROWS COLUMNS | peers export|contacts MODEL STATES"
     );
     std::process::exit(2)
 }
@@ -73,6 +80,57 @@ fn export(path: &Path, states: usize) -> Value {
         })
     };
     model["states"] = (0..states).map(|_| state()).collect();
+    model
+}
+
+/// A robot and its contact points, in states of its motion in which at least one of them touches.
+fn contacts(path: &Path, states: usize) -> Value {
+    let compiled = compile(path);
+    let topology = &compiled.topology;
+    let mut model = numeric(topology);
+    let [contact] = &topology.mechanism.contacts[..] else { panic!("peers know one contact only") };
+    let points = contact.points.iter().map(|point| {
+        let is_original = |node: &Node| node.body == point.body && node.ghost.is_none();
+        json!({
+            "node": topology.nodes.iter().position(is_original),
+            "at": point.at.as_slice(),
+        })
+    });
+    model["contact"] = json!({
+        "point": contact.plane.point.as_slice(),
+        "normal": contact.plane.normal.as_slice(),
+        "friction": contact.friction.constant(),
+        "points": points.collect::<Vec<_>>(),
+    });
+    let system = Jit::new(&compiled.program);
+    let mut forces = vec![0.0; 6 * contact.points.len()];
+    let mut touching = Vec::new();
+    let mut state = system.assembled().unwrap_or_else(|error| panic!("{error}"));
+    for sample in 1..=SAMPLES {
+        let end = f64::from(sample) * SAMPLE;
+        dopri5(&system, 1e-6)
+            .run(&system, &mut state, end, |_| {})
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        system.write_contacts(state.t, &state.q, &state.u, &mut forces).expect("its own length");
+        if forces.chunks(6).any(|point| point[3..] != [0.0; 3]) {
+            touching.push((state.clone(), forces.clone()));
+        }
+    }
+    assert!(
+        touching.len() >= states,
+        "{}: it touches in {} states only",
+        path.display(),
+        touching.len()
+    );
+    let mut workspace = system.workspace();
+    let mut row = |(state, contacts): &(State<Vec<f64>, f64>, Vec<f64>)| {
+        let mut rates = state.u.clone();
+        acceleration(&system, 0.0, &state.q, &state.u, &mut workspace, &mut rates)
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        json!({ "q": state.q, "u": state.u, "acceleration": rates, "contacts": contacts })
+    };
+    let every = touching.len() / states;
+    model["states"] = touching.iter().step_by(every).take(states).map(&mut row).collect();
     model
 }
 

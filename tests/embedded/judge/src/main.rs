@@ -1,9 +1,9 @@
 //! Compares the reports of targets with the results of this machine, and checks the limits of firmware.
 //!
-//! Each argument is a row of the table that is printed: `NAME;SCALAR;REPORT;ELF`, where ELF may be
-//! left out. A name that ends in `!` is held to the limits. SCALAR is `f32` or `f64`, and may be followed by `=`
-//! and the report of a reference, to compare with instead of Rust on this machine. `docs/EMBEDDED.md` must have
-//! about the same numbers.
+//! Each argument is a row of the table that is printed: `NAME;MOTION;REPORT;ELF`, where ELF may be
+//! left out. A name that ends in `!` is held to the limits. MOTION is `sixbar-f32`, `sixbar-f64` or `jumper-f32`, and may
+//! be followed by `=` and the report of a reference, to compare with instead of Rust on this machine.
+//! `docs/EMBEDDED.md` must have about the same numbers.
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(a <= b)` is how NaN is meant to fail")]
 
@@ -13,8 +13,9 @@ use std::error::Error;
 use std::process::ExitCode;
 use std::{env, fs};
 
-use lamc_embedded_motion::{Motion, STEPS};
-use lamc_runtime::Scalar;
+use lamc_embedded_motion::{Motion, Robot};
+use lamc_generated::{jumper::Jumper, sixbar::Sixbar};
+use lamc_runtime::{Arithmetic, Scalar};
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 use serde::Deserialize;
 
@@ -25,9 +26,52 @@ const FLASH: u64 = 44 * 1024;
 /// Bytes of stack, at most.
 const STACK: u64 = 4 * 1024;
 
-/// How far the motion in C in `f32` is from that in `f64` from the same initial state, measured on this machine: 8.6e-5
-/// rad or rad/s after its second.
-const ERROR_OF_SINGLE: f64 = 8.6e-5;
+/// How far motions in `f32` are from those in `f64` after their second, measured on this machine. The six-bar in C from the
+/// same initial state: 8.6e-5 rad or rad/s.
+const SIXBAR_IN_SINGLE: f64 = 8.6e-5;
+/// The jumper: 3.4e-4 m, by which it comes to rest elsewhere, as each impact of its landing multiplies small differences.
+const JUMPER_IN_SINGLE: f64 = 3.4e-4;
+
+/// What a row is compared with.
+struct Expected {
+    coordinates: Vec<f64>,
+    /// The largest difference that is allowed.
+    allowed: f64,
+    steps: u32,
+}
+
+impl Expected {
+    /// The motion in Rust on this machine.
+    fn new<M: Robot>(allowed: f64) -> Result<Self, Box<dyn Error>> {
+        let mut motion = Motion::<M>::assembled().map_err(|error| format!("{error:?}"))?;
+        let mut contacts = vec![M::Scalar::ZERO; 6 * motion.contacts()];
+        let mut pushed = 0;
+        for _ in 0..M::STEPS {
+            motion.step().map_err(|error| format!("{error:?}"))?;
+            motion.write_contacts(&mut contacts).map_err(|error| format!("{error:?}"))?;
+            // Of six numbers per point, the last is the upward force.
+            pushed += u32::from(contacts.chunks(6).any(|point| point[5] > M::Scalar::ZERO));
+        }
+        // A robot with contacts has to leave the ground and to return to it.
+        if motion.contacts() > 0 && (pushed < M::STEPS / 10 || pushed > M::STEPS * 9 / 10) {
+            return Err(format!("the ground pushes in {pushed} of {} steps", M::STEPS).into());
+        }
+        let coordinates = motion.coordinates().map(M::Scalar::to_f64).collect();
+        Ok(Self { coordinates, allowed, steps: M::STEPS })
+    }
+
+    /// The motion of this name, and the allowed difference of C from a reference.
+    fn of(motion: &str) -> Result<(Self, f64), Box<dyn Error>> {
+        Ok(match motion {
+            // Of C only the platform's sine and cosine differ (`c/run` checks the rest bit by bit): a result may be as far
+            // from the exact one as that of this machine is.
+            "sixbar-f32" => (Self::new::<Sixbar<f32>>(1e-4)?, 2.0 * SIXBAR_IN_SINGLE),
+            "sixbar-f64" => (Self::new::<Sixbar<f64>>(1e-9)?, 1e-9),
+            "jumper-f32" => (Self::new::<Jumper<f32>>(1e-4)?, 2.0 * JUMPER_IN_SINGLE),
+            _ => return Err(format!("there is no motion {motion}").into()),
+        })
+    }
+}
 
 /// The report of a target.
 #[derive(Deserialize)]
@@ -94,27 +138,23 @@ fn main() -> ExitCode {
 fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     let mut fields = row.split(';');
     let mut field = |what| fields.next().ok_or(format!("there is no {what}"));
-    let (name, scalar, path) = (field("name")?, field("scalar")?, field("report")?);
+    let (name, motion, path) = (field("name")?, field("motion")?, field("report")?);
     let image = field("image").ok().map(image).transpose()?;
     let report = report(path)?;
     let (name, limited) = name.strip_suffix('!').map_or((name, false), |name| (name, true));
     let mut complaints = Vec::new();
 
     let got = coordinates(&report)?;
-    let (scalar, reference) = match scalar.split_once('=') {
-        Some((scalar, path)) => (scalar, Some(coordinates(&self::report(path)?)?)),
-        None => (scalar, None),
+    let (motion, reference) = match motion.split_once('=') {
+        Some((motion, path)) => (motion, Some(coordinates(&self::report(path)?)?)),
+        None => (motion, None),
     };
     let ours = reference.is_none();
-    let (expected, allowed) = match (scalar, reference) {
-        // Of C only the platform's sine and cosine differ (`c/run` checks the rest bit by bit): a result may be as far
-        // from the exact one as that of this machine is.
-        ("f32", Some(reference)) => (reference, 2.0 * ERROR_OF_SINGLE),
-        ("f64", Some(reference)) => (reference, 1e-9),
-        ("f32", None) => (motion::<f32>()?, 1e-4),
-        ("f64", None) => (motion::<f64>()?, 1e-9),
-        _ => return Err(format!("{scalar} is neither f32 nor f64").into()),
-    };
+    let (mut expected, allowed_of_c) = Expected::of(motion)?;
+    if let Some(reference) = reference {
+        (expected.coordinates, expected.allowed) = (reference, allowed_of_c);
+    }
+    let Expected { coordinates: expected, allowed, steps } = expected;
     if got.len() != expected.len() {
         return Err(format!("{} coordinates instead of {}", got.len(), expected.len()).into());
     }
@@ -142,7 +182,7 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
             }
             let longest = ticks.longest_step * per_tick;
             check("instructions", longest, INSTRUCTIONS);
-            let mean = ticks.steps * per_tick / STEPS as f64;
+            let mean = ticks.steps * per_tick / f64::from(steps);
             line += &format!(" {mean:.0} | {longest:.0} |");
         }
         None => line += " | |",
@@ -164,7 +204,7 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     println!("{line}");
     complaints.extend(page::complaint(&line));
     if ours && let Some(image) = image {
-        if scalar == "f32" && !image.double.is_empty() {
+        if motion.ends_with("f32") && !image.double.is_empty() {
             complaints.push(format!("contains arithmetic of f64: {}", image.double.join(", ")));
         }
         if !image.panics.is_empty() {
@@ -172,15 +212,6 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
         }
     }
     Ok(complaints)
-}
-
-/// The final state of the motion on this machine.
-fn motion<S: Scalar>() -> Result<Vec<f64>, Box<dyn Error>> {
-    let mut motion = Motion::<S>::assembled().map_err(|error| format!("{error:?}"))?;
-    for _ in 0..STEPS {
-        motion.step().map_err(|error| format!("{error:?}"))?;
-    }
-    Ok(motion.coordinates().map(S::to_f64).to_vec())
 }
 
 fn report(path: &str) -> Result<Report, Box<dyn Error>> {

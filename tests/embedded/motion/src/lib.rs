@@ -1,22 +1,39 @@
-//! The motion that every target computes: the six-bar, released at its closed guess, for a second.
+//! The motions that every target computes, for a second each: the six-bar, released at its closed guess, and the jumper of
+//! the examples, which leaps off the ground, lands and comes to rest.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
-use lamc_generated::sixbar::{NQ, NU, Sixbar};
-use lamc_runtime::{Error, Rk4, Scalar, StateOf};
+use lamc_generated::{jumper::Jumper, sixbar::Sixbar};
+use lamc_runtime::{Arithmetic, Error, Mechanism, Rk4, Scalar, StateOf};
 
-/// Steps of a second.
-pub const STEPS: usize = 1000;
-
-/// The six-bar in motion.
-pub struct Motion<S: Scalar> {
-    robot: Sixbar<S>,
-    state: StateOf<Sixbar<S>>,
-    rk4: Rk4<Sixbar<S>>,
+/// A mechanism in motion.
+pub struct Motion<M: Mechanism> {
+    robot: M,
+    state: StateOf<M>,
+    rk4: Rk4<M>,
 }
 
-impl<S: Scalar> Motion<S> {
+/// A mechanism and its steps.
+pub trait Robot: Mechanism + Default {
+    /// Steps of a second.
+    const STEPS: u32;
+    /// Length of a step, s.
+    const STEP: f64;
+}
+
+impl<S: Scalar> Robot for Sixbar<S> {
+    const STEPS: u32 = 1_000;
+    const STEP: f64 = 1e-3;
+}
+
+impl<S: Scalar> Robot for Jumper<S> {
+    const STEPS: u32 = 10_000;
+    // Its contacts are stiff: steps of a millisecond are not stable while it lands.
+    const STEP: f64 = 1e-4;
+}
+
+impl<M: Robot> Motion<M> {
     /// The initial state, loops closed.
     ///
     /// # Errors
@@ -24,24 +41,39 @@ impl<S: Scalar> Motion<S> {
     /// Those of the assembly.
     #[inline(never)]
     pub fn assembled() -> Result<Self, Error> {
-        let robot = Sixbar::default();
+        let robot = M::default();
         let state = robot.assembled()?;
         let rk4 = Rk4::new(&robot);
         Ok(Self { robot, state, rk4 })
     }
 
-    /// Advances the motion by a millisecond, by the classical Runge-Kutta method with projection.
+    /// Advances the motion by a step of the classical Runge-Kutta method, with projection.
     ///
     /// # Errors
     ///
     /// Those of [`Rk4::step`].
     #[inline(never)]
     pub fn step(&mut self) -> Result<(), Error> {
-        self.rk4.step(&self.robot, &mut self.state, S::from_f64(1e-3))
+        self.rk4.step(&self.robot, &mut self.state, M::Scalar::from_f64(M::STEP))
     }
 
-    /// q (rad), then u (rad/s).
-    pub fn coordinates(&self) -> [S; NQ + NU] {
-        core::array::from_fn(|i| if i < NQ { self.state.q[i] } else { self.state.u[i - NQ] })
+    /// The number of contact points.
+    pub fn contacts(&self) -> usize {
+        self.robot.dimensions().contacts
+    }
+
+    /// Writes position (m) and force (N) of each contact point, six numbers per point.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    pub fn write_contacts(&self, out: &mut [M::Scalar]) -> Result<(), Error> {
+        let StateOf::<M> { t, q, u } = &self.state;
+        self.robot.write_contacts(*t, q.as_ref(), u.as_ref(), out)
+    }
+
+    /// q, then u (m, rad, s).
+    pub fn coordinates(&self) -> impl Iterator<Item = M::Scalar> {
+        self.state.q.as_ref().iter().chain(self.state.u.as_ref()).copied()
     }
 }

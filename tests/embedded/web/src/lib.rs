@@ -7,7 +7,8 @@ use core::panic::PanicInfo;
 use core::ptr;
 use core::sync::atomic::{AtomicU64, Ordering};
 
-use lamc_embedded_motion::{Motion, STEPS};
+use lamc_embedded_motion::{Motion, Robot};
+use lamc_generated::sixbar::Sixbar;
 use lamc_runtime::Scalar;
 
 /// Coordinates: q (rad), then u (rad/s), as bits of `f64`.
@@ -16,18 +17,18 @@ static COORDINATES: [AtomicU64; 12] = [const { AtomicU64::new(0) }; 12];
 /// In `f32`.
 #[unsafe(no_mangle)]
 pub extern "C" fn motion_f32() -> *const AtomicU64 {
-    run::<f32>()
+    run::<Sixbar<f32>>()
 }
 
 /// In `f64`.
 #[unsafe(no_mangle)]
 pub extern "C" fn motion_f64() -> *const AtomicU64 {
-    run::<f64>()
+    run::<Sixbar<f64>>()
 }
 
-fn run<S: Scalar>() -> *const AtomicU64 {
-    let Ok(mut motion) = Motion::<S>::assembled() else { return ptr::null() };
-    for _ in 0..STEPS {
+fn run<M: Robot>() -> *const AtomicU64 {
+    let Ok(mut motion) = Motion::<M>::assembled() else { return ptr::null() };
+    for _ in 0..M::STEPS {
         if motion.step().is_err() {
             return ptr::null();
         }

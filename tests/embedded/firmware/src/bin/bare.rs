@@ -6,17 +6,17 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m::singleton;
-use lamc_embedded_firmware::Real;
+use lamc_embedded_firmware::Robot;
 use lamc_embedded_motion::Motion;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    if let Ok(assembled) = Motion::<Real>::assembled()
-        && let Some(motion) = singleton!(: Option<Motion<Real>> = None)
+    if let Ok(assembled) = Motion::<Robot>::assembled()
+        && let Some(motion) = singleton!(: Option<Motion<Robot>> = None)
     {
         let motion = motion.insert(assembled);
         while motion.step().is_ok() {
-            black_box(motion.coordinates());
+            motion.coordinates().for_each(|number| _ = black_box(number));
         }
     }
     halt()

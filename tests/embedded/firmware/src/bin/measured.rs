@@ -11,11 +11,14 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{Peripherals, SYST};
 use cortex_m::singleton;
 use cortex_m_semihosting::{debug, hprint, hprintln};
-use lamc_embedded_firmware::Real;
-use lamc_embedded_motion::{Motion, STEPS};
+use lamc_embedded_firmware::Robot;
+use lamc_embedded_motion::{Motion, Robot as _};
 
 /// SysTick counts down from here.
 const RELOAD: u32 = 0x00ff_ffff;
+
+/// Steps whose stack is measured.
+const STACK_STEPS: u32 = 100;
 
 /// The pattern that unused stack is painted with.
 const PAINT: u32 = 0xc5c5_c5c5;
@@ -54,26 +57,26 @@ fn report() -> Result<(), &'static str> {
     // SAFETY: `spin` touches nothing but its argument's register.
     let [short, long] = [10_000, 20_000].map(|n| ticks(&mut systick, || unsafe { spin(n) }).1);
 
-    let motion = singleton!(: Option<Motion<Real>> = None).ok_or("the motion is taken")?;
+    let motion = singleton!(: Option<Motion<Robot>> = None).ok_or("the motion is taken")?;
     let (assembled, assembly_stack) = depth(Motion::assembled);
-    let motion = motion.insert(assembled.map_err(|_| "the six-bar was not assembled")?);
+    let motion = motion.insert(assembled.map_err(|_| "the robot was not assembled")?);
 
     let (mut stack, mut sum, mut most) = (0, 0, 0);
-    for _ in 0..STEPS {
+    for _ in 0..Robot::STEPS {
         let (done, taken) = ticks(&mut systick, || motion.step());
         done.map_err(|_| "a step failed")?;
         sum += u64::from(taken);
         most = most.max(taken);
     }
     hprint!("{}\"coordinates\": [", '{');
-    for (i, value) in motion.coordinates().into_iter().enumerate() {
+    for (i, value) in motion.coordinates().enumerate() {
         let separator = if i == 0 { "" } else { ", " };
         hprint!("{}\"{:016x}\"", separator, f64::from(value).to_bits());
     }
     hprint!("], \"ticks\": {{\"spin_10000\": {}, \"spin_20000\": {}", short, long);
     hprint!(", \"steps\": {}, \"longest_step\": {}}}", sum, most);
     // Continues the motion to measure the stack of a step: painting takes longer than the step.
-    for _ in 0..STEPS / 10 {
+    for _ in 0..STACK_STEPS {
         let (done, used) = depth(|| motion.step());
         done.map_err(|_| "a step failed")?;
         stack = stack.max(used);
