@@ -36,6 +36,10 @@ pub mod linkage;
 #[rustfmt::skip]
 pub mod pendulum;
 
+/// An arm on a motor that a sampled controller drives.
+#[rustfmt::skip]
+pub mod servo;
+
 /// A six-bar: one spherical loop.
 #[rustfmt::skip]
 pub mod sixbar;

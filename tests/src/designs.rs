@@ -233,6 +233,7 @@ impl Reference {
             forces: Vec::new(),
             elements: Default::default(),
             contacts: Vec::new(),
+            controllers: Vec::new(),
             initial_q: vec![0.0; self.joints.len()],
             initial_given: Vec::new(),
             initial_u: vec![0.0; self.joints.len()],

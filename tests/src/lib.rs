@@ -63,8 +63,8 @@ pub const EXAMPLES: [&str; 9] = [
 pub const ROBOTS: [&str; 2] = ["crawler", "jumper"];
 
 /// The examples that `generated` has modules of.
-pub const MODULES: [&str; 7] =
-    ["pendulum", "triple_pendulum", "fourbar", "sixbar", "crawler", "jumper", "linkage"];
+pub const MODULES: [&str; 8] =
+    ["pendulum", "triple_pendulum", "fourbar", "sixbar", "crawler", "jumper", "linkage", "servo"];
 
 /// Compiles a file, or panics with its diagnostics.
 pub fn compile(path: &Path) -> Compiled {

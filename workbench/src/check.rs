@@ -1,6 +1,7 @@
 //! A report on a model: mobility, method, masses, operations; and what its start gives rise to.
 
 mod contacts;
+mod controllers;
 
 use std::fmt::{self, Write};
 
@@ -68,6 +69,7 @@ pub fn report(compiled: &Compiled) -> String {
     let _ = write_form(&mut text, &compiled.program);
     let _ = write_bodies(&mut text, &compiled.topology.mechanism);
     let _ = contacts::write(&mut text, &compiled.topology.mechanism);
+    let _ = controllers::write(&mut text, &compiled.topology.mechanism);
     let _ = write_linear_ranges(&mut text, &compiled.topology.mechanism);
     if let Some(step) = longest_step(compiled) {
         let _ = writeln!(text, "\nlongest stable step of RK4 at rest: {step:.3e} s");

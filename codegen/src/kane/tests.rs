@@ -38,7 +38,7 @@ impl<'a> Evaluator<'a> {
                 self.equations.mechanism().parameters[p.index()].value
             }
             Tree::Leaf(Leaf::Time | Leaf::Input(_)) => 0.0,
-            Tree::Leaf(Leaf::Acceleration(_) | Leaf::Multiplier(_)) => f64::NAN,
+            Tree::Leaf(Leaf::Acceleration(_) | Leaf::Multiplier(_) | Leaf::Memory(_)) => f64::NAN,
             Tree::Sum(terms) => terms.iter().map(|x| self.value(x)).sum(),
             Tree::Product(factors) => factors.iter().map(|x| self.value(x)).product(),
             Tree::Power(base, n) => self.value(base).powi(*n as i32),
@@ -109,6 +109,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         forces: Vec::new(),
         elements: Default::default(),
         contacts: Vec::new(),
+        controllers: Vec::new(),
         initial_q: vec![0.0; n],
         initial_given: Vec::new(),
         initial_u: vec![0.0; n],

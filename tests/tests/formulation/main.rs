@@ -4,6 +4,7 @@
 mod constrained;
 mod contact_edges;
 mod contacts;
+mod controllers;
 mod cuts;
 mod derivatives;
 mod elements;

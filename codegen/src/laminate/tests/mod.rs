@@ -90,6 +90,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         }],
         parameters: Vec::new(),
         inputs: Vec::new(),
+        controllers: Vec::new(),
         tunable: Vec::new(),
         initial_q: Vec::new(),
         initial_u: Vec::new(),

@@ -6,12 +6,12 @@ use sha2::{Digest, Sha256};
 
 use crate::pipeline;
 use crate::program::{
-    BodyInfo, FORMAT_VERSION, Fact, FreeBodyInfo, FunctionKind, Interface, Interpreter, JointInfo,
-    Moving, Op, ParameterInfo, Phase, Program, Quantity, ReadError, Section, Slot, Subject, Value,
-    VerifyError,
+    BodyInfo, ControllerInfo, FORMAT_VERSION, Fact, FreeBodyInfo, FunctionKind, Interface,
+    Interpreter, JointInfo, Moving, Op, ParameterInfo, Phase, Program, Pwm, Quantity, ReadError,
+    Section, Slot, Subject, Value, VerifyError,
 };
 use crate::sealed::{Format, Unreadable};
-use crate::source::{CoordinateId, InputId, ParameterId, SourceFile, SpeedId};
+use crate::source::{CoordinateId, InputId, MemoryId, ParameterId, SourceFile, SpeedId};
 use crate::topology::{LoopId, NodeId};
 
 const FORMAT: Format = Format { name: *b"lamcprog", version: FORMAT_VERSION };
@@ -67,6 +67,7 @@ fn each() -> impl Serialize {
         Slot::Parameter(parameter),
         Slot::Input(input),
         Slot::Acceleration(speed),
+        Slot::Memory(MemoryId(3)),
     ];
     let subjects = [Subject::Mechanism, Subject::Body(NodeId(3)), Subject::Loop(LoopId(4))];
     let quantity = Some(Quantity::new("mass", "mass, kg"));
@@ -89,6 +90,14 @@ fn each() -> impl Serialize {
             name: text("body"),
             q: [0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 0.0],
             u: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        }],
+        controllers: vec![ControllerInfo {
+            name: text("controller"),
+            sample: 0.005,
+            delay: 0.001,
+            memory: vec![(text("sum"), 0.5)],
+            inputs: vec![InputId(0)],
+            pwm: Some(Pwm { period: 0.001, levels: [-6.0, 6.0], duty: [0.0, 1.0] }),
         }],
         bodies: vec![BodyInfo { name: text("body"), fixed: true }],
         nodes: vec![text("node")],

@@ -42,6 +42,7 @@ fn value(expression: &Expression) -> f64 {
         Expression::Time => 7.0,
         Expression::Position(_) => 11.0,
         Expression::Rate(_) => 13.0,
+        Expression::Place(..) | Expression::Memory(_) => f64::NAN,
         Expression::Number(number) => *number,
         Expression::Unary(function, x) => function.apply(value(x)),
         Expression::Binary(function, x, y) => function.apply(value(x), value(y)),
@@ -67,6 +68,7 @@ fn model() -> SourceModel {
         materials: vec![],
         layup: vec![],
         contacts: vec![],
+        controllers: vec![],
         bodies: vec![],
         joints: vec![Joint {
             name: named("knee"),

@@ -93,6 +93,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
         forces: Vec::new(),
         elements: Default::default(),
         contacts: Vec::new(),
+        controllers: Vec::new(),
         initial_given: Vec::new(),
         size: (high - low).norm(),
     }
