@@ -74,6 +74,12 @@ springs:
 tendons: { flexor: { through: [hook, guide, tip], stiffness: 200, damping: 0.01 } }
 motors: { wheel: { joint: wrist, torque_constant: 5e-3, resistance: 8, gear: 50, voltage: 3, max_current: 1 } }
 contacts: { ground: { plane: { point: [0, 0, -20], normal: [0, 0, 1], body: hand }, stiffness: 2000, friction: 0.6 } }
+controllers:
+  servo:
+    sample: 5 ms
+    memory: { i: { next: i + q.knee } }
+    inputs: { motor: k*i }
+    pwm: { period: 1 ms, levels: [-6, 6] }
 air: { density: 1.2, drag: 1.2 }
 hinge_models:
   tape: { stiffness: [[0.02, 0, 0, 0]], damping: [[2e-5, 0, 0, 0]], specimens: [[1e-3, 0.03, 0]] }
@@ -398,6 +404,9 @@ fn pointer(mapping: &Mapping) -> &'static str {
         "motor" => "/motors/wheel",
         "contact" => "/contacts/ground",
         "plane" => "/contacts/ground/plane",
+        "controller" => "/controllers/servo",
+        "memory" => "/controllers/servo/memory/i",
+        "PWM" => "/controllers/servo/pwm",
         "air" => "/air",
         "hinge model" => "/hinge_models/tape",
         other => panic!("{other} has no place in the model"),

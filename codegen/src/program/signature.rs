@@ -34,8 +34,8 @@ pub enum FunctionKind {
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 15] = {
-        let mut all = [Self::Equations; 15];
+    pub const ALL: [Self; SIGNATURES.len()] = {
+        let mut all = [Self::Equations; SIGNATURES.len()];
         let mut index = 0;
         while index < all.len() {
             all[index] = SIGNATURES[index].kind;

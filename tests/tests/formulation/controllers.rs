@@ -156,7 +156,7 @@ fn pulses_have_the_mean_of_the_command() {
 fn a_delay_destabilises() {
     let law = |delay: &str| {
         format!(
-            "  pd: {{ sample: 5 ms, delay: {delay}, inputs: {{ motor: \"9e-3*(target - q.knee) - 1.4e-4*u.knee\" }} }}"
+            "  pd: {{ sample: 5 ms, delay: {delay}, inputs: {{ motor: \"9e-3*(target - q.knee) - 2.4e-4*u.knee\" }} }}"
         )
     };
     let end = |delay| run(arm(&law(delay)), &[1.0], Method::Dopri5)[0].q[0];
@@ -221,4 +221,28 @@ fn control_alone_is_what_the_loop_calls() {
     assert!((memory[0] - 0.2).abs() < 1e-15 && (memory[1] - error * 5e-3).abs() < 1e-15);
     let second = robot.control(5e-3, &q, &u, &memory);
     assert!((second.commands[0] - (12.0 * error + 40.0 * memory[1])).abs() < 1e-12, "{second:?}");
+}
+
+/// In single precision, with a start between two samples: after 20 s no instant is lost, doubled or out of place.
+#[test]
+fn instants_are_counted() {
+    let mut robot = Servo::<f32>::default();
+    let q = [robot.params.target];
+    let mut state = State { t: 1.003_f32, q, u: [0.0] };
+    let mut control = ControlLoop::new(&robot, state.t);
+    assert!(!control.act(&mut robot, &state).unwrap(), "the first sample is at 1.005 s");
+    let mut instants = Vec::new();
+    while state.t < 20.0 {
+        state.t = control.until(&robot, 20.0);
+        assert!(control.act(&mut robot, &state).unwrap(), "{}", state.t);
+        instants.push(f64::from(state.t));
+    }
+    // At rest at its target it commands 0 V: pulses of half their period. The first difference of two angles is not one.
+    let halves: Vec<f64> = instants.into_iter().filter(|t| *t > 1.0295).collect();
+    let expected = (2060..=40_000).map(|half| f64::from(half) * 5e-4);
+    assert_eq!(halves.len(), expected.clone().count());
+    for (found, expected) in halves.iter().zip(expected) {
+        // Half the distance of two numbers at 20 s, twice.
+        assert!((found - expected).abs() < 2e-6, "{found} {expected}");
+    }
 }

@@ -33,14 +33,14 @@ pub static CONTROLLER: Mapping = Mapping {
         required(
             "inputs",
             Value::Per("input", &LAW),
-            "{ motor: \"kp*(target - q.knee) - kd*u.knee\" }",
+            "{ motor: \"k*(1 - q.knee) - 1e-4*u.knee\" }",
             "The inputs that the controller drives, with a formula for each, in SI units.",
         ),
         optional(
             "memory",
             Value::Named(Kind::Symbol("a memory"), &Value::Mapping(&MEMORY)),
             "the controller has no memory",
-            "{ i: { initial: 0, next: \"i + (target - q.knee)*Ts\" } }",
+            "{ i: { initial: 0, next: \"i + (1 - q.knee)*Ts\" } }",
             "Numbers that the controller remembers from one sample to the next. All formulas see the values before \
              the sample.",
         ),

@@ -195,7 +195,7 @@ pub static MODEL: Mapping = Mapping {
             "controllers",
             Value::Named(Kind::Other("a controller"), &Value::Mapping(&CONTROLLER)),
             "the caller sets all inputs",
-            "{ servo: { sample: 5 ms, inputs: { motor: \"kp*(target - q.knee)\" } } }",
+            "{ servo: { sample: 5 ms, inputs: { motor: \"k*(1 - q.knee)\" } } }",
             "Controllers in discrete time by name, which drive inputs.",
         ),
         optional(
