@@ -82,7 +82,7 @@ const FLOORS: [Floors; 5] = [
             ("mocap", &["reading", "identify"]),
             ("motion", &[]),
             ("simulation", &["execution", "motion"]),
-            ("sweep", &["execution", "rest", "simulation"]),
+            ("sweep", &["execution", "reading", "rest", "simulation"]),
             ("check", &["execution", "linear", "simulation"]),
             ("verify", &["execution", "motion", "simulation"]),
             ("scene", &["motion"]),
