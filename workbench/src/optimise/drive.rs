@@ -10,7 +10,7 @@
 
 use lamc::arithmetic::largest;
 use lamc_runtime::{Mechanism as _, assemble};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::design::Design;
 use crate::execution::Jit;
@@ -21,12 +21,13 @@ const LONGEST: f64 = 0.1;
 const HALVINGS: usize = 10;
 /// Newton's steps for one angle; it converges quadratically from a tangent.
 const NEWTON: usize = 8;
-/// A loop is closed within this share of the size.
+/// A loop is closed within this share of the size. Where the motion branches, as where all hinge lines are in one plane,
+/// Newton's method does not come so far: there the mechanism counts as stuck, because it may go on in several ways.
 const CLOSED: f64 = 1e-13;
 /// A joint that turns by more than this in the corrections of one angle has jumped to another branch, rad.
 const JUMP: f64 = 0.3;
 /// Extremes along the motion are found within this, rad: its square is what they are wrong by.
-const NEAREST: f64 = 1e-9;
+const NEAREST: f64 = 1e-7;
 /// Steps of that search at most.
 const SEARCH: usize = 60;
 /// The smallest diagonal entry of R, as a share of the largest, with which directions count as independent.
@@ -44,9 +45,10 @@ pub struct Driven<'s> {
 struct Factored {
     q: DMatrix<f64>,
     r: DMatrix<f64>,
-    residual: DVector<f64>,
-    /// The column of the driven joint.
-    driven: DVector<f64>,
+    /// 9 L x 1.
+    residual: DMatrix<f64>,
+    /// The column of the driven joint, 9 L x 1.
+    driven: DMatrix<f64>,
 }
 
 impl Factored {
@@ -135,11 +137,7 @@ impl<'s> Driven<'s> {
                 let moved = q.iter().zip(&predicted).map(|(q, then)| q - then);
                 return (largest(moved) < JUMP).then_some(q);
             }
-            let step = at.solve(&DMatrix::from_column_slice(
-                at.residual.len(),
-                1,
-                at.residual.as_slice(),
-            ))?;
+            let step = at.solve(&at.residual)?;
             self.others.iter().zip(step.iter()).for_each(|(joint, by)| q[*joint] -= by);
         }
         None
@@ -193,8 +191,7 @@ impl<'s> Driven<'s> {
     /// dq/dq_d, NQ x 1; `None` where it is not unique.
     pub fn tangent(&self, q: &[f64]) -> Option<DMatrix<f64>> {
         let at = self.factored(q)?;
-        let others =
-            at.solve(&DMatrix::from_column_slice(at.driven.len(), 1, at.driven.as_slice()))?;
+        let others = at.solve(&at.driven)?;
         Some(self.spread(q.len(), &-others, 1.0))
     }
 
@@ -224,7 +221,7 @@ impl<'s> Driven<'s> {
         let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * speeds]);
         self.system.write_closure(q, &mut residual, &mut jacobian).ok()?;
         let all = DMatrix::from_row_slice(rows, speeds, &jacobian);
-        let driven = all.column(self.joint).into_owned();
+        let driven = all.select_columns([&self.joint]);
         let others = all.select_columns(&self.others);
         let (q, r) = match others.is_empty() {
             true => (others.clone(), others),
@@ -233,6 +230,6 @@ impl<'s> Driven<'s> {
         let diagonal = r.diagonal();
         let most = largest(&diagonal);
         let is_clear = most.is_finite() && diagonal.iter().all(|it| it.abs() > SINGULAR * most);
-        is_clear.then(|| Factored { q, r, residual: DVector::from_vec(residual), driven })
+        is_clear.then(|| Factored { q, r, residual: DMatrix::from_vec(rows, 1, residual), driven })
     }
 }
