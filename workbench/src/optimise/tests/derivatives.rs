@@ -50,14 +50,46 @@ fn a_path_that_is_timed_has_exact_derivatives() {
 #[test]
 fn the_distance_from_a_path_in_a_plane_has_exact_derivatives() {
     let compiled = compiled(LINKAGE);
-    // The last point is beyond the end of the path.
+    // Points on either side of the path, and one beyond its end.
     let goals = "
         parameters: { crank: {}, coupler: {}, rocker: {}, width: {} }
         goals:
-          way:
-            path: { point: pen, drive: drive, angles: [60deg, 120deg], plane: xz, unit: mm, through: [[35, 22], [30, 25], [90, 90]] }
+          way: { path: { point: pen, drive: drive, angles: [60deg, 120deg], plane: xz, unit: mm, through: [[27, -22], [20, -33], [90, 90]] } }
     ";
-    check(&problem(&compiled, goals), &[0.3, 0.6, 0.45, 0.7], 1e-7);
+    let problem = problem(&compiled, goals);
+    let x = [0.3, 0.6, 0.45, 0.7];
+    let at = problem.evaluate(&x).unwrap();
+    let signs: Vec<f64> = at.goals[0].errors.iter().map(|it| it[0].value.signum()).collect();
+    assert!(signs[0] * signs[1] < 0.0, "{signs:?}");
+    check(&problem, &x, 1e-7);
+}
+
+/// In space the error is a vector. Its parts turn with the path; the derivatives of its square are exact.
+#[test]
+fn the_square_of_the_distance_from_a_path_in_space_has_exact_derivatives() {
+    let compiled = compiled(LINKAGE);
+    let goals = "
+        parameters: { crank: {}, coupler: {}, rocker: {}, width: {} }
+        goals:
+          way: { path: { point: pen, drive: drive, angles: [60deg, 120deg], unit: mm, through: [[27, 38, -22], [20, 45, -33], [90, 0, 90]] } }
+    ";
+    let problem = problem(&compiled, goals);
+    let x = [0.3, 0.6, 0.45, 0.7];
+    let objective = |x: &[f64]| problem.evaluate(x).unwrap().objective(&problem.goals);
+    let residuals = problem.evaluate(&x).unwrap().residuals(&problem.goals);
+    for variable in 0..x.len() {
+        let moved = |by: f64| {
+            let mut x = x;
+            x[variable] += by;
+            objective(&x)
+        };
+        let slope = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+        let found: f64 = residuals.iter().map(|it| 2.0 * it.value * it.slope[variable]).sum();
+        assert!(
+            (found - slope).abs() < 1e-8 * objective(&x),
+            "variable {variable}: {found} {slope}"
+        );
+    }
 }
 
 #[test]
