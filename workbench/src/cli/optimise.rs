@@ -8,7 +8,9 @@ use clap::Args;
 use lamc::source::schema::{ANGLE, LENGTH};
 use lamc::source::{self, SourceModel, to_yaml};
 use lamc_workbench::optimise::goals::{Aim, Measure, Moved, Stroke, Wanted};
-use lamc_workbench::optimise::{Goals, KEPT, Kept, Outcome as Optimum, Problem, Reached, remarks};
+use lamc_workbench::optimise::{
+    Failure, Goals, KEPT, Kept, Outcome as Optimum, Problem, Reached, remarks,
+};
 use serde::Serialize;
 
 use super::interrupt::{self, EXIT_INTERRUPTED};
@@ -105,7 +107,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let found = problem.optimise(threads, &interrupt::is_asked_for, &|| bar.inc(1));
     bar.finish_and_clear();
     let is_interrupted = interrupt::take();
-    let found = found.map_err(fail)?;
+    let found = found.map_err(|failure| {
+        let is_interrupted = matches!(failure, Failure::Interrupted);
+        let failed = fail(failure);
+        if is_interrupted { Failed(EXIT_INTERRUPTED) } else { failed }
+    })?;
     let values = problem.parameters(&found.found[found.best].x);
     output::write(best, &to_yaml(&model.at(&values)))?;
     let remarks = remarks(&problem, &found.found[found.best]);
