@@ -18,6 +18,7 @@ pub mod identify;
 pub mod linear;
 pub mod mocap;
 pub mod motion;
+pub mod optimise;
 pub mod page;
 pub mod picture;
 pub mod reading;

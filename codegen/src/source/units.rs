@@ -37,7 +37,7 @@ impl Dimension {
 
     /// Returns the SI unit of this dimension as text that can be read again: `N*m/rad`; empty for a
     /// plain number.
-    pub(crate) fn si_unit(self) -> String {
+    pub fn si_unit(self) -> String {
         if self == NUMBER.dimension {
             return String::new();
         }

@@ -98,7 +98,7 @@ fn no_code_is_stale() {
     for stage in stages {
         read_sources(&workspace().join("codegen/src").join(stage), &mut text);
     }
-    for reader in ["reading", "identify", "mocap", "sweep"] {
+    for reader in ["reading", "identify", "mocap", "optimise", "sweep"] {
         read_sources(&workspace().join("workbench/src").join(reader), &mut text);
     }
     for code in codes::all() {

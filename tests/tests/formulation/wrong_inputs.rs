@@ -6,12 +6,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lamc::pipeline::{CompileError, compile};
+use lamc::pipeline::{CompileError, Compiled, compile};
 use lamc::source::pattern::{Options, import};
 use lamc::source::{AngleUnit, Diagnostics, SourceFile};
 use lamc_tests::golden::is_pinned;
 use lamc_workbench::identify::{Record, family};
 use lamc_workbench::mocap::Quaternions;
+use lamc_workbench::optimise::Goals;
 use lamc_workbench::reading::{configurations, states};
 use lamc_workbench::sweep::plan::{Plan, Quantities, Quantity, Target};
 
@@ -48,6 +49,7 @@ fn numbers(file: &SourceFile) -> Option<Diagnostics> {
         ("csv", "configurations") => configurations(text, &joints).map(drop),
         ("json", "states") => states(text).map(drop),
         ("yaml", "plan") => Plan::read(file, &quantities(), AngleUnit::default()).map(drop),
+        ("yaml", "goals") => Goals::read(file, &designs()).map(drop),
         ("svg" | "fold" | "dxf", _) => {
             let bytes = text.clone().into_bytes();
             return Some(import(&file.path, bytes, "wrong", &Options::default()).found);
@@ -73,6 +75,22 @@ fn quantities() -> Quantities {
         quantity("initial.knee", Target::Initial(0), 0.5),
         quantity("initial.hip", Target::Initial(1), 0.0),
     ])
+}
+
+/// What the goals are about: a plate on a hinge.
+fn designs() -> Compiled {
+    let text = "
+units: { length: mm }
+parameters: { crank: { value: 20 mm, range: [16 mm, 24 mm] }, width: 20 mm, slot: 1 mm }
+materials: { card: { density: 700, thickness: 0.4 }, film: { density: 1380, thickness: 0.05, youngs_modulus: 4 GPa } }
+layup: [card, film, card]
+bodies:
+  base: { fixed: true }
+  arm: { outline: [[0, 0], [crank, 0], [crank, width], [0, width]] }
+joints: { knee: { bodies: [base, arm], axis: [[0, 0], [0, 1]], hinge: { model: beam, material: film, length: slot, width: 10 } } }
+points: { tip: { body: arm, at: [crank, 0, 0] } }
+";
+    compile(&SourceFile { path: "designs.yaml".to_owned(), text: text.to_owned() }).unwrap()
 }
 
 #[test]

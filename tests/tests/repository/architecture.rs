@@ -82,7 +82,8 @@ const FLOORS: [Floors; 5] = [
             ("mocap", &["reading", "identify"]),
             ("motion", &[]),
             ("simulation", &["execution", "motion"]),
-            ("sweep", &["execution", "rest", "simulation"]),
+            ("sweep", &["execution", "reading", "rest", "simulation"]),
+            ("optimise", &["execution", "reading", "rest", "simulation", "sweep"]),
             ("check", &["execution", "linear", "simulation"]),
             ("verify", &["execution", "motion", "simulation"]),
             ("scene", &["motion"]),
@@ -90,7 +91,7 @@ const FLOORS: [Floors; 5] = [
             ("picture", &["motion", "scene"]),
             ("export", &["motion", "scene"]),
             ("page", &["motion", "scene", "picture"]),
-            ("reference", &["sweep"]),
+            ("reference", &["optimise", "sweep"]),
             ("main", &["cli"]),
             // The commands are of the binary; they see the library by its name, `lamc_workbench`.
             ("cli", &[]),

@@ -19,6 +19,7 @@ mod live;
 mod mocap;
 mod modes;
 mod notes;
+mod optimise;
 mod output;
 mod paths;
 mod pictures;
@@ -187,6 +188,8 @@ enum Command {
     Simulate(Box<simulate::Arguments>),
     /// Simulate a model many times: a grid, or samples, of parameters, initial angles and inputs
     Sweep(Box<sweep::Arguments>),
+    /// Find the values of parameters that meet goals: paths, angles at rest, frequencies, masses
+    Optimise(Box<optimise::Arguments>),
     /// Show a model's motion in the browser and update it whenever the file is saved
     Live(live::Arguments),
     /// Find an equilibrium of a model
@@ -244,6 +247,7 @@ pub fn run() -> ExitCode {
         (Some(Command::Eval(arguments)), _) => eval::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
         (Some(Command::Sweep(arguments)), _) => sweep::run(&arguments),
+        (Some(Command::Optimise(arguments)), _) => optimise::run(&arguments),
         (Some(Command::Live(arguments)), _) => live::run(&arguments),
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::optimise::goals;
 use crate::sweep::plan;
 use lamc::source::schema::{
     Key, MAPPINGS, Mapping, Presence, QUANTITIES, Range, Uses, Value, units_of,
@@ -14,7 +15,7 @@ A mechanism is one YAML file. This page lists all keys that it may have. The pag
 the tables with which lamc reads files; keys that are not listed here are errors. [MODEL.md](MODEL.md) explains
 formulas, and how bodies, masses and YAML's anchors work. [ERRORS.md](ERRORS.md) explains the diagnostics.
 
-The plan of `lamc sweep` is another file; its keys are at the end.
+The plan of `lamc sweep` and the goals of `lamc optimise` are other files; their keys are at the end.
 
 A number may have a unit, as in `20 mm`. A number without a unit is in SI units and radians, or in the
 `units` of the file if it is a length, an angle or an angular speed. *Formula* means that a formula may
@@ -48,7 +49,7 @@ stiffness.
 /// The page.
 pub fn schema_page() -> String {
     let mut page = String::from(BEGINNING);
-    for mapping in MAPPINGS.iter().chain(plan::MAPPINGS) {
+    for mapping in MAPPINGS.iter().chain(plan::MAPPINGS).chain(goals::MAPPINGS) {
         section(&mut page, mapping);
     }
     page.push('\n');

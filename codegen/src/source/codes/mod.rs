@@ -124,7 +124,7 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Patterns", pattern::ALL),
     ("Files of popupCAD", popupcad::ALL),
     ("Measurements, configurations and states", tables::ALL),
-    ("Plans of sweeps", plans::ALL),
+    ("Plans of sweeps, and goals", plans::ALL),
 ];
 
 /// Returns the code with this name.

@@ -6,7 +6,9 @@
 
 pub use super::names::{Kind, reserved_names};
 use super::tunable::Tunable;
-pub use super::units::{FREQUENCY, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all_units, units_of};
+pub use super::units::{
+    ANGLE, FREQUENCY, LENGTH, NUMBER, QUANTITIES, Quantity, SHARE, TIME, all_units, units_of,
+};
 
 mod contacts;
 mod controllers;

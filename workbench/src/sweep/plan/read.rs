@@ -8,6 +8,7 @@ use super::keys::{AXIS, DISTRIBUTION, METHODS, PLAN, RECORDS, SAMPLERS, SAMPLES,
 use super::{
     Axis, Distribution, MOST_RUNS, Plan, Quantities, Quantity, Sampler, Simulate, Task, Varied,
 };
+use crate::reading::Terms;
 use crate::simulation::{Method, Settings};
 use crate::sweep::MOST_SOBOL;
 

@@ -1,0 +1,276 @@
+//! All goals and constraints of a design, with their derivatives by the variables.
+
+use lamc::arithmetic::larger;
+use lamc::laminate;
+use lamc::pipeline::Compiled;
+use lamc::source::Diagnostics;
+use lamc_runtime::Mechanism as _;
+use nalgebra::RowDVector;
+
+use super::balance::{Resting, frequency, rest};
+use super::design::{Design, parameters};
+use super::goals::{Aim, Goal, Goals, Measure, Moved, Norm, Stroke, Wanted};
+use super::number::{Number, length};
+use super::path::trace;
+use super::stroke::stroke;
+use crate::execution::Jit;
+
+/// Step of central differences, as a share of a range. What is differenced has an error e of 1e-12 from Newton's method,
+/// and the best step is near the cube root of e.
+const STEP: f64 = 1e-4;
+
+/// What an optimisation is about.
+#[derive(Clone)]
+pub struct Problem<'c> {
+    /// The model.
+    pub compiled: &'c Compiled,
+    /// The mechanism with the parameters that do not vary.
+    pub system: Jit,
+    /// The goals.
+    pub goals: Goals,
+}
+
+/// A design as it is.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    /// In the order of the goals.
+    pub goals: Vec<Reached>,
+    /// Each of them is kept if it is not positive.
+    pub constraints: Vec<Kept>,
+}
+
+/// How near a goal is.
+#[derive(Clone, Debug)]
+pub struct Reached {
+    /// The number that it is about; of a path the root mean square of its distances, m.
+    pub value: f64,
+    /// Of a path, the largest distance, m.
+    pub largest: Option<f64>,
+    /// Its errors, without a unit: of a path one for each target, each with its parts.
+    pub errors: Vec<Vec<Number>>,
+}
+
+/// How a constraint is kept.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// Its name.
+    pub name: String,
+    /// The number that it is about, SI.
+    pub value: f64,
+    /// The limit, SI.
+    pub wanted: Wanted,
+    /// By how much the limit is exceeded, without a unit.
+    pub excess: Number,
+}
+
+impl Problem<'_> {
+    /// The number of variables.
+    pub fn variables(&self) -> usize {
+        self.goals.variables.len()
+    }
+
+    /// The values of all parameters at shares of the ranges, SI.
+    pub fn parameters(&self, x: &[f64]) -> Vec<f64> {
+        parameters(&self.system, &self.goals.variables, x)
+    }
+
+    /// Whether the drawing is possible at shares of the ranges, and the mechanism the same.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn is_possible(&self, x: &[f64]) -> Result<(), Diagnostics> {
+        self.compiled.topology_at(&self.parameters(x)).map(drop)
+    }
+
+    /// Evaluates the design at shares of the ranges.
+    ///
+    /// # Errors
+    /// It does not close, or has no state of rest; the text says so.
+    pub fn evaluate(&self, x: &[f64]) -> Result<Evaluation, String> {
+        let program = &self.compiled.program;
+        let design = Design::new(program, &self.system, &self.goals.variables, x);
+        let mut resting = None;
+        let mut constraints = Vec::new();
+        let mut goals = Vec::new();
+        for goal in &self.goals.goals {
+            goals.push(self.reached(goal, &design, x, &mut resting, &mut constraints)?);
+        }
+        for constraint in &self.goals.constraints {
+            let number = self.number(constraint.measure, &design, x, &mut resting)?;
+            let error = self.error(constraint.measure, &number, constraint.wanted);
+            constraints.push(Kept {
+                name: constraint.name.clone(),
+                value: number.value,
+                wanted: constraint.wanted,
+                excess: error,
+            });
+        }
+        Ok(Evaluation { goals, constraints })
+    }
+
+    fn reached(
+        &self,
+        goal: &Goal,
+        design: &Design<'_>,
+        x: &[f64],
+        resting: &mut Option<Resting>,
+        constraints: &mut Vec<Kept>,
+    ) -> Result<Reached, String> {
+        let path = match &goal.aim {
+            Aim::Path(path) => path,
+            Aim::Number(measure, wanted) => {
+                let number = self.number(*measure, design, x, resting)?;
+                let mut error = self.error(*measure, &number, *wanted);
+                // A limit that is kept is no error.
+                if !matches!(wanted, Wanted::Target(_)) && error.value <= 0.0 {
+                    error = Number::constant(0.0, self.variables());
+                }
+                return Ok(Reached {
+                    value: number.value,
+                    largest: None,
+                    errors: vec![vec![error]],
+                });
+            }
+        };
+        let traced = trace(path, design)?;
+        for (joint, excess) in traced.limits {
+            let name = &design.system.interface().joints[joint].name;
+            let name = format!("limits of `{name}` on `{}`", goal.name);
+            constraints.push(Kept {
+                name,
+                value: excess.value,
+                wanted: Wanted::AtMost(0.0),
+                excess,
+            });
+        }
+        let distances: Vec<f64> =
+            traced.errors.iter().map(|parts| length(parts).value.abs()).collect();
+        let mean = distances.iter().map(|it| it * it).sum::<f64>() / distances.len() as f64;
+        let share = self.system.size().recip();
+        let scaled =
+            |parts: &Vec<Number>| parts.iter().map(|part| part.scaled(0.0, share)).collect();
+        Ok(Reached {
+            value: mean.sqrt(),
+            largest: distances.into_iter().reduce(larger),
+            errors: traced.errors.iter().map(scaled).collect(),
+        })
+    }
+
+    /// The error of a number, without a unit; positive where a limit is exceeded.
+    fn error(&self, measure: Measure, number: &Number, wanted: Wanted) -> Number {
+        let scale = match measure {
+            Measure::Angle(_) => 1.0,
+            Measure::Position { .. } => self.system.size(),
+            Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => 1.0,
+            Measure::Stroke(_) => self.system.size(),
+            Measure::Frequency(_) | Measure::Mass(_) | Measure::Energy => wanted.value().abs(),
+        };
+        let sign = if matches!(wanted, Wanted::AtLeast(_)) { -1.0 } else { 1.0 };
+        number.scaled(wanted.value(), sign / scale)
+    }
+
+    fn number(
+        &self,
+        measure: Measure,
+        design: &Design<'_>,
+        x: &[f64],
+        resting: &mut Option<Resting>,
+    ) -> Result<Number, String> {
+        match measure {
+            Measure::Frequency(mode) => self.differences(x, |x| {
+                let design =
+                    Design::new(&self.compiled.program, &self.system, &self.goals.variables, x);
+                frequency(self.compiled, &design.system, mode)
+            }),
+            Measure::Mass(body) => self.differences(x, |x| self.mass(body, &self.parameters(x))),
+            Measure::Stroke(of) => stroke(&of, design),
+            Measure::Angle(_) | Measure::Position { .. } | Measure::Energy => {
+                let resting = match resting {
+                    Some(known) => known,
+                    None => resting.insert(rest(self.compiled, design)?),
+                };
+                let Resting { q, follows } = resting;
+                Ok(match measure {
+                    Measure::Position { point, axis } => {
+                        let (at, moves) = design.point(point, q, follows);
+                        Number { value: at[axis], slope: moves.row(axis).into_owned() }
+                    }
+                    Measure::Angle(joint) => {
+                        Number { value: q[joint], slope: follows.row(joint).into_owned() }
+                    }
+                    _ => design.potential(q, follows),
+                })
+            }
+        }
+    }
+
+    /// The mass of a body, or of all that move, at values of the parameters, kg.
+    fn mass(&self, body: Option<usize>, values: &[f64]) -> Result<f64, String> {
+        let built;
+        let mechanism = match &self.compiled.model {
+            Some(model) => {
+                built = laminate::build(&model.at(values), &mut Diagnostics::default())
+                    .map_err(|problems| problems.to_string())?;
+                &built
+            }
+            None => &self.compiled.topology.mechanism,
+        };
+        let bodies = mechanism.bodies.iter().enumerate();
+        let counted = bodies.filter(|(index, it)| body.map_or(!it.fixed, |body| body == *index));
+        let mass = |it: &laminate::Body| match it.mass_parameter {
+            Some(parameter) => values[parameter.index()],
+            None => it.mass_properties.mass,
+        };
+        Ok(counted.map(|(_, it)| mass(it)).sum())
+    }
+
+    /// A number with its derivatives by central differences.
+    fn differences(
+        &self,
+        x: &[f64],
+        number: impl Fn(&[f64]) -> Result<f64, String>,
+    ) -> Result<Number, String> {
+        let mut slope = RowDVector::zeros(x.len());
+        for variable in 0..x.len() {
+            let moved = |by: f64| {
+                let mut x = x.to_vec();
+                x[variable] += by;
+                number(&x)
+            };
+            slope[variable] = (moved(STEP)? - moved(-STEP)?) / (2.0 * STEP);
+        }
+        Ok(Number { value: number(x)?, slope })
+    }
+}
+
+impl Evaluation {
+    /// What is made least, by the norm; without a unit.
+    pub fn objective(&self, goals: &Goals) -> f64 {
+        match goals.norm {
+            Norm::Squares => self.residuals(goals).iter().map(|it| it.value * it.value).sum(),
+            Norm::Max => self.sizes(goals).iter().map(|it| it.value.abs()).fold(0.0, larger),
+        }
+    }
+
+    /// The numbers whose squares are summed: of each goal sqrt(weight / errors) times each part of each error.
+    pub fn residuals(&self, goals: &Goals) -> Vec<Number> {
+        let each = self.goals.iter().zip(&goals.goals).flat_map(|(reached, goal)| {
+            let factor = (goal.weight / reached.errors.len() as f64).sqrt();
+            reached.errors.iter().flatten().map(move |part| part.scaled(0.0, factor))
+        });
+        each.collect()
+    }
+
+    /// The weighted size of each error; with a sign where an error has one part.
+    pub fn sizes(&self, goals: &Goals) -> Vec<Number> {
+        let each = self.goals.iter().zip(&goals.goals).flat_map(|(reached, goal)| {
+            reached.errors.iter().map(|parts| length(parts).scaled(0.0, goal.weight))
+        });
+        each.collect()
+    }
+
+    /// By how much constraints are exceeded together; 0 if all are kept.
+    pub fn excess(&self) -> f64 {
+        self.constraints.iter().map(|kept| larger(kept.excess.value, 0.0)).sum()
+    }
+}

@@ -1,0 +1,326 @@
+//! The keys of a file of goals, as data: one table for each kind of mapping, as those of the model file.
+
+use lamc::source::schema::{
+    ANGLE, Key, Kind, LENGTH, Mapping, NUMBER, Presence, Range, Value, key,
+};
+
+/// Every mapping, in the order of the reference.
+pub static MAPPINGS: &[&Mapping] = &[&GOALS, &VARIABLE, &GOAL, &PATH, &STROKE, &CONSTRAINT];
+
+/// The words of `norm`.
+pub const NORMS: &[&str] = &["squares", "max"];
+/// The words of `plane`, each with the coordinates that it has.
+pub const PLANES: &[&str] = &["xyz", "xy", "xz", "yz"];
+/// The words of `energy`.
+pub const ENERGIES: &[&str] = &["potential"];
+/// The words of `timed`.
+pub const ANSWERS: &[&str] = &["true", "false"];
+
+const ONE: Presence = Presence::Optional("one measure is given");
+const LIMIT: Presence = Presence::Optional("no such limit");
+
+/// The whole file.
+pub static GOALS: Mapping = Mapping {
+    name: "goals",
+    title: "The goals of an optimisation",
+    path: "",
+    doc: "What `lamc optimise` varies, and what it aims at. See [OPTIMISE.md](OPTIMISE.md).",
+    keys: &[
+        key(
+            "parameters",
+            Value::Named(Kind::Other("a parameter of the model"), &Value::Mapping(&VARIABLE)),
+            Presence::Required,
+            "{ crank: {}, rocker: { range: [30 mm, 60 mm] } }",
+            "The parameters that vary.",
+        ),
+        key(
+            "goals",
+            Value::Named(Kind::Other("a goal"), &Value::Mapping(&GOAL)),
+            Presence::Required,
+            "{ bend: { angle: j0, target: 30deg } }",
+            "What the design should come near to.",
+        ),
+        key(
+            "constraints",
+            Value::Named(Kind::Other("a constraint"), &Value::Mapping(&CONSTRAINT)),
+            Presence::Optional("none"),
+            "{ light: { mass: all, at_most: 3 g } }",
+            "What the design has to keep.",
+        ),
+        key(
+            "norm",
+            Value::Word(NORMS),
+            Presence::Default("squares"),
+            "max",
+            "`squares`: the sum over the goals of weight times mean square of the errors is least. `max`: the \
+             largest of all errors, each times its weight, is least.",
+        ),
+        key(
+            "starts",
+            Value::Number(&NUMBER),
+            Presence::Default("16"),
+            "100",
+            "From how many designs the search starts: a Latin hypercube within the ranges.",
+        ),
+        key(
+            "seed",
+            Value::Number(&NUMBER),
+            Presence::Default("0"),
+            "7",
+            "A whole number. With another one the search starts from other designs.",
+        ),
+    ],
+    choices: &[],
+};
+
+/// An entry of `parameters`.
+pub static VARIABLE: Mapping = Mapping {
+    name: "variable",
+    title: "Parameters that vary",
+    path: "parameters.<parameter>",
+    doc: "`{}` takes the range that the parameter has in the model.",
+    keys: &[key(
+        "range",
+        Value::Array { of: &Value::Parameter, length: 2, form: "`[lowest, highest]`" },
+        Presence::Optional("the `range` of the parameter in the model"),
+        "[30 mm, 60 mm]",
+        "Between which values it varies.",
+    )],
+    choices: &[],
+};
+
+const fn measure(
+    name: &'static str,
+    value: Value,
+    example: &'static str,
+    doc: &'static str,
+) -> Key {
+    key(name, value, ONE, example, doc)
+}
+
+const ANGLE_AT_REST: Key = measure(
+    "angle",
+    Value::Reference { to: "joint", among: "joints" },
+    "j0",
+    "The angle of this joint at rest.",
+);
+const POSITION: Key = measure(
+    "position",
+    Value::Text,
+    "tip.z",
+    "A coordinate of a point at rest: its name, a dot, and `x`, `y` or `z`.",
+);
+const FREQUENCY: Key = measure(
+    "frequency",
+    Value::Number(&NUMBER),
+    "1",
+    "The natural frequency, undamped, of this mode about the state of rest; 1 is the slowest.",
+);
+const MASS: Key = measure(
+    "mass",
+    Value::Text,
+    "all",
+    "The mass of a body by its name, or of `all` bodies that are not fixed.",
+);
+const ENERGY: Key = measure(
+    "energy",
+    Value::Word(ENERGIES),
+    "potential",
+    "The energy at rest: that of gravity and springs.",
+);
+const STROKE_OF: Key = measure(
+    "stroke",
+    Value::Mapping(&STROKE),
+    "{ point: pen, drive: crank, angles: [0deg, 90deg] }",
+    "How far a point or a joint moves while another joint is turned.",
+);
+const AT_MOST: Key =
+    key("at_most", Value::Parameter, LIMIT, "3 g", "The value that it must not exceed.");
+const AT_LEAST: Key =
+    key("at_least", Value::Parameter, LIMIT, "12 Hz", "The value that it must reach.");
+
+/// An entry of `goals`.
+pub static GOAL: Mapping = Mapping {
+    name: "goal",
+    title: "Goals",
+    path: "goals.<goal>",
+    doc: "A path, or a number with a target or one limit. The error of a goal has no unit: a distance is divided by \
+          the size of the mechanism, an angle is in radians, and everything else is divided by its target.",
+    keys: &[
+        key(
+            "path",
+            Value::Mapping(&PATH),
+            ONE,
+            "{ point: pen, drive: crank, angles: [0deg, 90deg], through: [[0, 0, 0], [0.02, 0, 0]] }",
+            "A point passes near given ones while a joint is turned.",
+        ),
+        ANGLE_AT_REST,
+        POSITION,
+        FREQUENCY,
+        MASS,
+        ENERGY,
+        STROKE_OF,
+        key(
+            "target",
+            Value::Parameter,
+            Presence::Optional("a limit is given"),
+            "30deg",
+            "The value that it should have.",
+        ),
+        AT_MOST,
+        AT_LEAST,
+        Key {
+            range: Range::Positive,
+            ..key(
+                "weight",
+                Value::Number(&NUMBER),
+                Presence::Default("1"),
+                "10",
+                "How much its error counts.",
+            )
+        },
+    ],
+    choices: &[
+        &[
+            &["path"],
+            &["angle"],
+            &["position"],
+            &["frequency"],
+            &["mass"],
+            &["energy"],
+            &["stroke"],
+        ],
+        &[&["target"], &["at_most"], &["at_least"]],
+    ],
+};
+
+/// `path`.
+pub static PATH: Mapping = Mapping {
+    name: "path",
+    title: "Paths",
+    path: "goals.<goal>.path",
+    doc: "The mechanism must move in one way when the joint is turned. It has to close everywhere in the range of \
+          angles, and joints with `limits` keep them there.",
+    keys: &[
+        key(
+            "point",
+            Value::Reference { to: "point", among: "points" },
+            Presence::Required,
+            "pen",
+            "The point that moves.",
+        ),
+        key(
+            "drive",
+            Value::Reference { to: "joint", among: "joints" },
+            Presence::Required,
+            "crank",
+            "The joint that is turned.",
+        ),
+        key(
+            "angles",
+            Value::List {
+                of: &Value::Number(&ANGLE),
+                items: [2, usize::MAX],
+                form: "`[first, last]`, or an angle for each point",
+            },
+            Presence::Required,
+            "[0deg, 90deg]",
+            "The first and the last angle of that joint, or one angle for each point of a path that is timed.",
+        ),
+        key(
+            "through",
+            Value::Either(
+                &Value::List {
+                    of: &Value::Parameter,
+                    items: [1, usize::MAX],
+                    form: "a list of points",
+                },
+                &Value::Text,
+            ),
+            Presence::Required,
+            "[[0, 0, 0], [0.02, 0, 0]]",
+            "The points, each with the coordinates of `plane`; or a file (CSV) with columns such as `x [mm]`, and \
+             for a path that is timed `angle [deg]`. With `~` in place of a coordinate of a path that is timed, it is free.",
+        ),
+        key(
+            "plane",
+            Value::Word(PLANES),
+            Presence::Default("xyz"),
+            "xz",
+            "Which coordinates the points have; the others do not matter.",
+        ),
+        key(
+            "unit",
+            Value::Unit(&LENGTH),
+            Presence::Default("m"),
+            "mm",
+            "The unit of coordinates without a unit.",
+        ),
+        key(
+            "timed",
+            Value::Boolean,
+            Presence::Default("false"),
+            "true",
+            "Whether each point belongs to an angle: the given ones, or angles with equal steps from the first to the \
+             last. If not, each point is compared with the nearest of the path.",
+        ),
+        key(
+            "samples",
+            Value::Number(&NUMBER),
+            Presence::Optional("as many as there are points"),
+            "37",
+            "Repeats a single point of a path that is timed at so many angles: with `~` it is a straight line.",
+        ),
+    ],
+    choices: &[],
+};
+
+/// `stroke`.
+pub static STROKE: Mapping = Mapping {
+    name: "stroke",
+    title: "Strokes",
+    path: "goals.<goal>.stroke",
+    doc: "Of a point the distance between its first and its last place, of a joint the difference of its largest and its \
+          smallest angle. As for a path, the mechanism must move in one way when the joint is turned.",
+    keys: &[
+        key(
+            "point",
+            Value::Reference { to: "point", among: "points" },
+            Presence::Optional("a joint is given"),
+            "pen",
+            "The point that moves.",
+        ),
+        key(
+            "joint",
+            Value::Reference { to: "joint", among: "joints" },
+            Presence::Optional("a point is given"),
+            "crank",
+            "The joint that moves.",
+        ),
+        key(
+            "drive",
+            Value::Reference { to: "joint", among: "joints" },
+            Presence::Required,
+            "crank",
+            "The joint that is turned.",
+        ),
+        key(
+            "angles",
+            Value::Array { of: &Value::Number(&ANGLE), length: 2, form: "`[first, last]`" },
+            Presence::Required,
+            "[0deg, 90deg]",
+            "The first and the last angle of that joint.",
+        ),
+    ],
+    choices: &[&[&["point"], &["joint"]]],
+};
+
+/// An entry of `constraints`.
+pub static CONSTRAINT: Mapping = Mapping {
+    name: "constraint",
+    title: "Constraints",
+    path: "constraints.<constraint>",
+    doc: "A number with one limit or both.",
+    keys: &[ANGLE_AT_REST, POSITION, FREQUENCY, MASS, ENERGY, STROKE_OF, AT_MOST, AT_LEAST],
+    choices: &[&[&["angle"], &["position"], &["frequency"], &["mass"], &["energy"], &["stroke"]]],
+};

@@ -1,0 +1,160 @@
+//! Numbers of a design, and what they should be.
+
+use lamc::source::fields::Fields;
+use lamc::source::yaml::{Entry, Node};
+use lamc::source::{Span, read_in};
+
+use super::keys::{ENERGIES, STROKE};
+use super::read::Reader;
+use super::{Measure, Moved, Stroke, Wanted};
+use crate::reading::Terms;
+
+/// The keys of measures.
+pub(super) const MEASURES: [&str; 6] =
+    ["angle", "position", "frequency", "mass", "energy", "stroke"];
+/// Makes what a number should be of its value.
+type Kind = fn(f64) -> Wanted;
+/// The word for the mass of all bodies that move.
+const ALL: &str = "all";
+
+impl Reader<'_> {
+    /// The one number that a goal or constraint is about; `known` mistakes were there before it.
+    pub(super) fn measure(&mut self, fields: &Fields, at: Span, known: usize) -> Option<Measure> {
+        let given: Vec<&Entry> = MEASURES.iter().filter_map(|key| fields.entry(key)).collect();
+        let [entry] = given.as_slice() else {
+            let path = fields.key("path").map_or("", |_| "`path`, ");
+            let measures = "`angle`, `position`, `frequency`, `mass`, `energy` and `stroke`";
+            self.unless_told(at, known, format!("give one of {path}{measures}"));
+            return None;
+        };
+        let (node, text) = (&entry.value, text(&entry.value));
+        let names = |all: &[String]| all.to_vec();
+        match entry.key.value.as_str() {
+            "angle" => {
+                let joints = self.interface.joints.iter().map(|joint| joint.name.clone()).collect();
+                self.among(node, text, joints, "joint").map(Measure::Angle)
+            }
+            "position" => {
+                let Some((point, axis)) = text.rsplit_once('.') else {
+                    self.wrong(node.span, "expected a point and a coordinate, such as `tip.z`");
+                    return None;
+                };
+                let Some(axis) = ["x", "y", "z"].iter().position(|known| *known == axis) else {
+                    self.wrong(node.span, "the coordinate must be `x`, `y` or `z`: `tip.z`");
+                    return None;
+                };
+                let points = names(&self.interface.points);
+                let point = self.among(node, point, points, "point")?;
+                Some(Measure::Position { point, axis })
+            }
+            "frequency" => {
+                let mode = self.whole(fields, "frequency")?;
+                let modes = self.interface.mobility as u64;
+                if !(1..=modes).contains(&mode) {
+                    self.wrong(node.span, format!("the mechanism has modes 1 to {modes}"));
+                    return None;
+                }
+                Some(Measure::Frequency(mode as usize - 1))
+            }
+            "energy" => self.one_of(node, ENERGIES).map(|_| Measure::Energy),
+            "stroke" => self.stroke(entry).map(Measure::Stroke),
+            _ if text == ALL => Some(Measure::Mass(None)),
+            _ => {
+                let bodies = self.interface.bodies.iter().map(|body| body.name.clone()).collect();
+                self.among(node, text, bodies, "body").map(|body| Measure::Mass(Some(body)))
+            }
+        }
+    }
+
+    fn among(&mut self, node: &Node, text: &str, known: Vec<String>, kind: &str) -> Option<usize> {
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        self.name(node.span, text, &known, kind)
+    }
+
+    /// The target and the limits of a number that can be read.
+    pub(super) fn wanted(&mut self, fields: &Fields, measure: Measure) -> Vec<Wanted> {
+        let kinds: [(&str, Kind); 3] = [
+            ("target", Wanted::Target),
+            ("at_most", Wanted::AtMost),
+            ("at_least", Wanted::AtLeast),
+        ];
+        let given = kinds.iter().filter(|(key, _)| fields.key(key).is_some());
+        let mut wanted = Vec::new();
+        for (key, kind) in given {
+            let Some(node) = fields.get(key) else { continue };
+            let read = match measure {
+                Measure::Angle(_) => self.angle(node),
+                Measure::Position { .. } => self.read(node, "m"),
+                Measure::Frequency(_) => self.read(node, "Hz"),
+                Measure::Mass(_) => self.read(node, "kg"),
+                Measure::Energy => self.read(node, "J"),
+                Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => self.angle(node),
+                Measure::Stroke(_) => self.read(node, "m"),
+            };
+            let Some(value) = read else { continue };
+            // Errors are shares of these numbers.
+            let wrong = match measure {
+                Measure::Frequency(_) | Measure::Mass(_) => {
+                    (value <= 0.0).then_some("must be more than 0")
+                }
+                Measure::Energy => (value == 0.0).then_some("must not be 0"),
+                _ => None,
+            };
+            if let Some(wrong) = wrong {
+                self.wrong(node.span, format!("`{key}` {wrong}"));
+                continue;
+            }
+            wanted.push(kind(value));
+        }
+        wanted
+    }
+
+    /// What moves while a joint is turned.
+    fn stroke(&mut self, entry: &Entry) -> Option<Stroke> {
+        let at = entry.key.span;
+        let fields = Fields::new(&entry.value, at, "a stroke", &STROKE, &mut self.found)?;
+        self.moves_in_one_way(&fields);
+        let joints: Vec<String> =
+            self.interface.joints.iter().map(|joint| joint.name.clone()).collect();
+        let of = match [fields.get("point"), fields.get("joint")] {
+            [Some(node), None] => {
+                let points = self.interface.points.clone();
+                self.among(node, text(node), points, "point").map(Moved::Point)
+            }
+            [None, Some(node)] => {
+                self.among(node, text(node), joints.clone(), "joint").map(Moved::Joint)
+            }
+            _ => {
+                self.wrong(at, "give one of `point` and `joint`");
+                None
+            }
+        };
+        let drive = fields.require("drive", &mut self.found)?;
+        let drive = self.among(drive, text(drive), joints, "joint");
+        let angles = self.angles(&fields)?;
+        let &[from, to] = angles.as_slice() else {
+            self.wrong(fields.get("angles")?.span, "expected `[first, last]`");
+            return None;
+        };
+        Some(Stroke { of: of?, drive: drive?, angles: [from, to] })
+    }
+
+    /// An angle, rad; one without a unit is in the unit of the model.
+    pub(super) fn angle(&mut self, node: &Node) -> Option<f64> {
+        let read = self.compiled.numbers.angle.read(text(node).trim());
+        if read.is_none() {
+            self.not_a_number(node, "expected an angle, such as `30deg`".to_owned());
+        }
+        read
+    }
+
+    /// A number in SI; `unit` is one of its dimension.
+    pub(super) fn read(&mut self, node: &Node, unit: &str) -> Option<f64> {
+        read_in(text(node), unit).map_err(|reason| self.not_a_number(node, reason)).ok()
+    }
+}
+
+/// The text of a scalar; empty for anything else.
+pub(super) fn text(node: &Node) -> &str {
+    node.scalar().map_or("", |scalar| &scalar.text)
+}

@@ -1,0 +1,184 @@
+//! The goals of an optimisation: text -> [`Goals`].
+
+mod keys;
+mod measures;
+mod paths;
+mod read;
+
+pub use keys::MAPPINGS;
+
+use lamc::pipeline::Compiled;
+use lamc::source::{Diagnostics, SourceFile, Span};
+
+/// Most starts of a search.
+pub const MOST_STARTS: u64 = 100_000;
+/// Most points of a path.
+pub const MOST_POINTS: usize = 10_000;
+
+/// What varies, and what is aimed at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Goals {
+    /// The parameters that vary.
+    pub variables: Vec<Variable>,
+    /// What the design should come near to.
+    pub goals: Vec<Goal>,
+    /// What the design has to keep.
+    pub constraints: Vec<Constraint>,
+    /// How errors are put together.
+    pub norm: Norm,
+    /// How many designs the search starts from.
+    pub starts: u64,
+    /// Chooses them.
+    pub seed: u64,
+}
+
+/// A parameter that varies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Its place among the parameters of the program.
+    pub parameter: usize,
+    /// Least and greatest value, SI.
+    pub bounds: [f64; 2],
+    /// Where the goals name it.
+    pub span: Span,
+}
+
+/// How the errors of goals are put together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Norm {
+    /// The sum over the goals of weight times mean square.
+    Squares,
+    /// The largest of all errors times their weights.
+    Max,
+}
+
+/// What a design should come near to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Goal {
+    /// Its name.
+    pub name: String,
+    /// How much its error counts.
+    pub weight: f64,
+    /// What it is.
+    pub aim: Aim,
+}
+
+/// The aim of a goal.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Aim {
+    /// A point passes near given ones.
+    Path(Path),
+    /// A number comes near a value, or keeps a limit.
+    Number(Measure, Wanted),
+}
+
+/// What a design has to keep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constraint {
+    /// Its name.
+    pub name: String,
+    /// The number.
+    pub measure: Measure,
+    /// Its limit; never a target.
+    pub wanted: Wanted,
+}
+
+/// A number of a design.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measure {
+    /// The angle of a joint at rest, rad.
+    Angle(usize),
+    /// A coordinate (0: x, 1: y, 2: z) of a point at rest, m.
+    Position {
+        /// The point.
+        point: usize,
+        /// The coordinate.
+        axis: usize,
+    },
+    /// The natural frequency of a mode, counted from 0, Hz.
+    Frequency(usize),
+    /// The mass of a body, or of all that move, kg.
+    Mass(Option<usize>),
+    /// The potential energy at rest, J.
+    Energy,
+    /// How far something moves, m or rad.
+    Stroke(Stroke),
+}
+
+/// How far something moves while a joint is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    /// What moves.
+    pub of: Moved,
+    /// The joint that is turned.
+    pub drive: usize,
+    /// Its first and its last angle, rad.
+    pub angles: [f64; 2],
+}
+
+/// What moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moved {
+    /// A point.
+    Point(usize),
+    /// A joint.
+    Joint(usize),
+}
+
+/// What a number should be, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wanted {
+    /// Near this.
+    Target(f64),
+    /// Not more than this.
+    AtMost(f64),
+    /// Not less than this.
+    AtLeast(f64),
+}
+
+/// A path of a point while a joint is turned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    /// The point.
+    pub point: usize,
+    /// The joint.
+    pub joint: usize,
+    /// The first and the last angle of the joint, rad.
+    pub angles: [f64; 2],
+    /// Which coordinates count.
+    pub axes: Vec<usize>,
+    /// Whether each target belongs to an angle.
+    pub timed: bool,
+    /// Where the point should pass.
+    pub targets: Vec<Target>,
+}
+
+/// Where a point should pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// At this angle of the joint, rad, if the path is timed.
+    pub angle: f64,
+    /// By the axes of the path, m; NaN where it does not matter.
+    pub at: Vec<f64>,
+}
+
+impl Wanted {
+    /// The value of the target or of the limit.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Target(value) | Self::AtMost(value) | Self::AtLeast(value) => value,
+        }
+    }
+}
+
+impl Goals {
+    /// Reads the goals for a model.
+    ///
+    /// # Errors
+    /// Returns all mistakes together.
+    pub fn read(file: &SourceFile, compiled: &Compiled) -> Result<Self, Diagnostics> {
+        read::goals(file, compiled)
+    }
+}

@@ -1,0 +1,175 @@
+//! Numbers of designs against closed forms, limits, and goals that stand against each other.
+
+use lamc::source::{self, to_yaml};
+
+use super::*;
+
+/// A rod of length l with its mass at its end, on a hinge of stiffness k without gravity, and a torque: it rests at
+/// torque/k, and swings with sqrt(k / (m l^2 + I)).
+const ROD: &str = "
+parameters: { k: { value: 2e-3, range: [1e-3, 4e-3] }, l: { value: 20 mm, range: [10 mm, 40 mm] }, m: { value: 2 g, range: [1 g, 3 g] } }
+bodies:
+  base: { fixed: true }
+  rod: { mass: m, com: [0, \"-l\", 0], inertia: [[3e-7, 0, 0], [0, 1e-9, 0], [0, 0, 3e-7]] }
+gravity: [0, 0, 0]
+joints:
+  hinge: { bodies: [base, rod], axis: [[0, 0], [1, 0]], stiffness: k, torque: 1 mN*m }
+points: { tip: { body: rod, at: [0, \"-l\", 0] } }
+";
+
+#[test]
+fn angle_frequency_and_mass_have_the_values_and_derivatives_of_closed_forms() {
+    let compiled = compiled(ROD);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {}, l: {}, m: {} }
+        goals:
+          bend: { angle: hinge, target: 0.1 }
+          pitch: { frequency: 1, target: 1 Hz }
+          light: { mass: all, target: 1 kg }
+        ",
+    );
+    let x = [0.4, 0.3, 0.7];
+    let [k, l, m]: [f64; 3] = [1e-3 + 0.4 * 3e-3, 0.010 + 0.3 * 0.030, 1e-3 + 0.7 * 2e-3];
+    let at = problem.evaluate(&x).unwrap();
+    let inertia = m * l * l + 3e-7;
+    let pitch = (k / inertia).sqrt() / std::f64::consts::TAU;
+    let wanted = [
+        (1e-3 / k, [-1e-3 / (k * k), 0.0, 0.0]),
+        (pitch, [0.5 * pitch / k, -pitch * m * l / inertia, -0.5 * pitch * l * l / inertia]),
+        (m, [0.0, 0.0, 1.0]),
+    ];
+    let widths = [3e-3, 0.030, 2e-3];
+    // Frequencies and masses by central differences.
+    for ((reached, (value, slopes)), allowed) in
+        at.goals.iter().zip(wanted).zip([1e-10, 1e-6, 1e-10])
+    {
+        assert!((reached.value / value - 1.0).abs() < 1e-9, "{} {value}", reached.value);
+        for ((found, slope), width) in reached.errors[0][0].slope.iter().zip(slopes).zip(widths) {
+            assert!(
+                (found - slope * width).abs() <= allowed * value.abs().max(1.0),
+                "{found} {}",
+                slope * width
+            );
+        }
+    }
+}
+
+#[test]
+fn a_stiffness_is_found_for_an_angle_within_a_limit_of_mass() {
+    let compiled = compiled(ROD);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {}, m: {} }
+        starts: 4
+        goals: { bend: { angle: hinge, target: 0.4 }, heavy: { mass: rod, at_least: 3 g } }
+        constraints: { light: { mass: all, at_most: 2.5 g } }
+        ",
+    );
+    let outcome = optimised(&problem);
+    let best = &outcome.found[outcome.best];
+    let values = problem.parameters(&best.x);
+    assert!((values[0] - 1e-3 / 0.4).abs() < 1e-8, "{}", values[0]);
+    assert!((values[2] - 2.5e-3).abs() < 1e-8, "{}", values[2]);
+    assert!(best.is_kept());
+    let remarks = remarks(&problem, best);
+    assert!(remarks.iter().any(|it| it == "at its limit: `light`"), "{remarks:?}");
+}
+
+#[test]
+fn constraints_that_cannot_be_kept_are_named() {
+    let compiled = compiled(ROD);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {} }
+        starts: 3
+        goals: { bend: { angle: hinge, target: 0.4 } }
+        constraints: { quick: { frequency: 1, at_least: 100 Hz } }
+        ",
+    );
+    let outcome = optimised(&problem);
+    let best = &outcome.found[outcome.best];
+    assert!(!best.is_kept());
+    let remarks = remarks(&problem, best);
+    assert!(remarks.iter().any(|it| it == "no design was found that keeps `quick`"), "{remarks:?}");
+    // The nearest design is the stiffest one.
+    assert!(best.x[0] > 0.99, "{:?}", best.x);
+}
+
+#[test]
+fn goals_that_are_against_each_other_are_named() {
+    let compiled = compiled(ROD);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {}, m: {} }
+        starts: 3
+        goals:
+          bend: { angle: hinge, target: 0.4 }
+          straight: { angle: hinge, target: 0.3 }
+          light: { mass: all, target: 2 g }
+        ",
+    );
+    let outcome = optimised(&problem);
+    let best = &outcome.found[outcome.best];
+    assert!((best.evaluation.goals[0].value - 0.35).abs() < 1e-6);
+    let remarks = remarks(&problem, best);
+    assert_eq!(
+        remarks,
+        [
+            "the goals `bend`, `straight` are against each other: what brings one nearer takes another away"
+        ]
+    );
+}
+
+#[test]
+fn the_best_model_has_the_values_and_its_formulas() {
+    let (model, _) = source::parse(&file(ROD)).unwrap();
+    let best = to_yaml(&model.at(&[3e-3, 0.015, 2.2e-3]));
+    let (read, _) = source::parse(&file(&best)).unwrap_or_else(|problems| panic!("{problems}"));
+    let values: Vec<f64> = read.parameters.iter().map(|it| it.value).collect();
+    assert_eq!(values, [3e-3, 0.015, 2.2e-3]);
+    assert!(read.is_parametric(), "{best}");
+    assert_eq!(read.parameters[1].range.as_ref().map(|it| it.value), Some([0.010, 0.040]));
+}
+
+#[test]
+fn designs_that_cannot_be_evaluated_are_counted_by_their_reason() {
+    let compiled = compiled(include_str!("../../../../examples/linkage.yaml"));
+    let goals = "
+        parameters: { crank: {}, coupler: {} }
+        starts: 2
+        goals: { way: { path: { point: pen, drive: drive, angles: [60deg, 400deg], through: [[0, 0, 0]] } } }
+    ";
+    let problem = problem(&compiled, goals);
+    let failure = problem.optimise(2, &|| false, &|| ()).unwrap_err();
+    let Failure::NoStart { drawn, times, reason } = failure else { panic!("{failure}") };
+    assert_eq!(drawn, 100);
+    assert_eq!(times, 100);
+    assert!(reason.starts_with("the mechanism does not move beyond"), "{reason}");
+}
+
+/// Two rods: the first is pressed against its stop, the second hangs on it.
+#[test]
+fn a_joint_on_its_stop_stays_there() {
+    let model = ROD
+        .replace("torque: 1 mN*m }", "torque: 1 mN*m, limits: [-0.2, 0.2] }\n  knee: { bodies: [rod, shank], axis: [[0, -0.1], [1, -0.1]], stiffness: k, torque: 0.5 mN*m }")
+        .replace("gravity:", "  shank: { mass: 1 g, com: [0, -0.2, 0], inertia: [[3e-7, 0, 0], [0, 1e-9, 0], [0, 0, 3e-7]] }\ngravity:");
+    let compiled = compiled(&model);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {} }
+        goals: { hip: { angle: hinge, target: 0.1 }, knee: { angle: knee, target: 0.1 } }
+        ",
+    );
+    let at = problem.evaluate(&[0.5]).unwrap();
+    let k = 2.5e-3;
+    let slopes: Vec<f64> = at.goals.iter().map(|goal| goal.errors[0][0].slope[0]).collect();
+    assert_eq!((at.goals[0].value, slopes[0]), (0.2, 0.0));
+    assert!((at.goals[1].value - 0.5e-3 / k).abs() < 1e-12, "{}", at.goals[1].value);
+    assert!((slopes[1] + 0.5e-3 / (k * k) * 3e-3).abs() < 1e-9, "{}", slopes[1]);
+}
