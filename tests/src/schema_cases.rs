@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lamc::source::schema::{Key, MAPPINGS, Mapping, Presence, Range, Value as Kind};
+use lamc::source::schema::{Key, MAPPINGS, Mapping, Presence, Range, TIME, Value as Kind};
 use serde_json::{Map, Value, json};
 
 use crate::workspace;
@@ -78,7 +78,7 @@ controllers:
   servo:
     sample: 5 ms
     memory: { i: { next: i + q.knee } }
-    inputs: { motor: k*i }
+    inputs: { motor: k*q.knee }
     pwm: { period: 1 ms, levels: [-6, 6] }
 air: { density: 1.2, drag: 1.2 }
 hinge_models:
@@ -271,8 +271,13 @@ impl Cases {
         let mut model = with(mapping, key, example(key));
         entries_of(mapping, &mut model).insert(key.name.into(), odd);
         self.add(format!("{what} of another type"), model, false);
-        if let Kind::Number(_) | Kind::Formula(..) | Kind::Unit(_) = key.value {
-            self.add(format!("{what} in seconds"), with(mapping, key, json!("3 s")), false);
+        let other = match key.value {
+            Kind::Number(quantity) if *quantity == TIME => Some("3 m"),
+            Kind::Number(_) | Kind::Formula(..) | Kind::Unit(_) => Some("3 s"),
+            _ => None,
+        };
+        if let Some(text) = other {
+            self.add(format!("{what} of {text}"), with(mapping, key, json!(text)), false);
         }
         if let (Kind::Array { length, .. }, Some(items)) = (key.value, example(key).as_array()) {
             assert_eq!(items.len(), length, "{what}");
@@ -428,6 +433,10 @@ fn changed(mapping: &Mapping, change: impl FnOnce(&mut Map<String, Value>)) -> V
 /// The whole model with this value of a key, and with what the key needs beside it.
 pub fn with(mapping: &Mapping, key: &Key, value: Value) -> Value {
     changed(mapping, |entries| {
+        // A controller drives an input: without inputs there is none.
+        if mapping.name == "model" && key.name == "inputs" {
+            entries.remove("controllers");
+        }
         for choice in
             mapping.choices.iter().filter(|choice| choice.iter().any(|way| way.contains(&key.name)))
         {

@@ -50,7 +50,6 @@ fn defaults_are_what_is_taken() {
     for mapping in MAPPINGS {
         for key in mapping.keys {
             let Presence::Default(default) = key.presence else { continue };
-            // Without an input, what uses it cannot be read: the whole model uses none.
             let written = with(mapping, key, as_json(default));
             let left_out = without(mapping, key, written.clone());
             assert_eq!(read(&written), read(&left_out), "`{}` of {}", key.name, mapping.name);

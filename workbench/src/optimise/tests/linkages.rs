@@ -53,11 +53,8 @@ fn hoeckens_linkage_is_found_from_random_starts() {
 /// R. L. Norton, "Design of Machinery", table 3-1: the straightest of Hoecken's linkages for ranges of the crank, deg, with
 /// ground and coupler in cranks, and the deviation in percent of the travel. His proportions are multiples of 0.025. (For
 /// half a turn, the linkage 1 : 2 : 2.5 deviates by 0.244 %.)
-const NORTON: [[f64; 4]; 3] = [
-    [180.0, 2.200, 2.800, 0.096],
-    [160.0, 2.350, 3.025, 0.047],
-    [140.0, 2.500, 3.250, 0.023],
-];
+const NORTON: [[f64; 4]; 3] =
+    [[180.0, 2.200, 2.800, 0.096], [160.0, 2.350, 3.025, 0.047], [140.0, 2.500, 3.250, 0.023]];
 
 #[test]
 fn the_straightest_of_hoeckens_linkages_are_at_least_as_good_as_the_published_ones() {
