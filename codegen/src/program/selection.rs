@@ -100,13 +100,16 @@ impl Program {
         Selection::of(written.map(|function| function.kind))
     }
 
-    /// The option of the command that chooses the functions that the program has, as [`Selection::option`]; empty too
-    /// where no free body has a momentum and where there is no controller. The unrolled Jacobian counts as left out.
+    /// The option of the command that chooses the functions that the program has, as [`Selection::option`]. What the
+    /// mechanism has nothing for does not count as left out: momenta without a free body, gaps without contacts,
+    /// control without controllers, a projection without loops. The unrolled Jacobian does.
     pub fn option(&self) -> String {
-        let Interface { free, controllers, .. } = &self.interface;
+        let Interface { free, controllers, contacts, loops, .. } = &self.interface;
         let absent = [
             (FunctionKind::Momentum, free.is_empty()),
             (FunctionKind::Control, controllers.is_empty()),
+            (FunctionKind::Gaps, contacts.is_empty()),
+            (FunctionKind::Projection, loops.is_empty()),
         ];
         let absent = absent.into_iter().filter(|(_, is_absent)| *is_absent);
         let absent = absent.fold(0, |set, (kind, _)| set | 1 << kind as u16);

@@ -11,7 +11,7 @@ use lamc::pipeline::{self, Compiled};
 use lamc::program::{Interpreter, Selection};
 use lamc_runtime::{Mechanism, Rk4, Rodas, State};
 use lamc_tests::package::Package;
-use lamc_tests::{compile, relative_error, workspace};
+use lamc_tests::{MODULES, compile, relative_error, workspace};
 
 use crate::c::{STRICT, compilers, successful};
 
@@ -162,4 +162,17 @@ int main(void)
     )
     .unwrap();
     text
+}
+
+/// The header of a module that has everything names no functions, whatever the mechanism has nothing for.
+#[test]
+fn whole_modules_need_no_option() {
+    for name in MODULES {
+        let compiled = compile(&workspace().join(format!("examples/{name}.yaml")));
+        assert_eq!(compiled.program.option(), "", "{name}");
+        let Ok(some) = Selection::named(["energy", "acceleration"]) else { panic!() };
+        let option = compiled.program.only(some).option();
+        assert!(option.starts_with(" --functions energy,"), "{name}: {option}");
+        assert!(!option.contains("poses"), "{name}: {option}");
+    }
 }
