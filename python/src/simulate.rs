@@ -105,7 +105,7 @@ fn run(
             Ok(Reached::Event) => {
                 let end = simulation.state().t;
                 failure = simulation.run([end], || false, |_| ()).err();
-                    all.extend_from_slice(simulation.system().inputs());
+                all.extend_from_slice(simulation.system().inputs());
                 break;
             }
             Err(found) => {
