@@ -21,6 +21,9 @@ const SAME: f64 = 1e-9;
 /// The rounding of a time that is computed in two ways, as a multiple of the distance between two numbers.
 const ROUNDINGS: f64 = 4.0;
 
+/// Samples can be counted up to here: beyond, a whole number is no longer a number of its own in `f64`.
+const MOST: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
+
 /// Pulse-width modulation: in each period an input is first at the upper level and then at the lower one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pwm<S> {
@@ -60,12 +63,12 @@ pub struct Controller<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clock {
     /// The next sample is at `samples` T.
-    samples: u32,
+    samples: u64,
     /// The next commands to act are those of the sample at `acts` T. There are none while it equals `samples`.
-    acts: u32,
+    acts: u64,
     /// The next period of the modulation begins at `cycles` T + `pulses` P.
-    cycles: u32,
-    pulses: u32,
+    cycles: u64,
+    pulses: u64,
 }
 
 /// The memory and the commands of all controllers at one sample, as a generated module returns them.
@@ -164,8 +167,8 @@ impl<S: Scalar> Part<S> {
     }
 
     /// The instant a T + b P, or a T + delay, s.
-    fn at(&self, samples: u32, later: S) -> S {
-        S::from_f64(f64::from(samples)) * self.controller.sample + later
+    fn at(&self, samples: u64, later: S) -> S {
+        S::from_f64(samples as f64) * self.controller.sample + later
     }
 
     fn sample(&self) -> S {
@@ -180,7 +183,7 @@ impl<S: Scalar> Part<S> {
 
     /// When the next period of the modulation begins.
     fn pulse(&self) -> Option<S> {
-        let pulses = S::from_f64(f64::from(self.clock.pulses));
+        let pulses = S::from_f64(self.clock.pulses as f64);
         self.controller.pwm.map(|pwm| self.at(self.clock.cycles, pulses * pwm.period))
     }
 
@@ -189,7 +192,7 @@ impl<S: Scalar> Part<S> {
         self.clock.pulses += 1;
         // The last one of a sample ends where the next sample is, but for rounding.
         let half = S::from_f64(0.5) * pwm.period;
-        if S::from_f64(f64::from(self.clock.pulses)) * pwm.period > self.controller.sample - half {
+        if S::from_f64(self.clock.pulses as f64) * pwm.period > self.controller.sample - half {
             (self.clock.cycles, self.clock.pulses) = (self.clock.cycles + 1, 0);
         }
     }
@@ -219,8 +222,8 @@ impl<M: Controlled> ControlLoop<M> {
             let part = control.part(mechanism, index);
             let passed = ((t - part.same(t)) / part.controller.sample).to_f64();
             // The cast saturates, at 0 for negative numbers.
-            let mut first = passed as u32;
-            if f64::from(first) < passed {
+            let mut first = passed as u64;
+            if (first as f64) < passed {
                 first = first.saturating_add(1);
             }
             control.clocks.as_mut()[index] =
@@ -260,11 +263,15 @@ impl<M: Controlled> ControlLoop<M> {
     ///
     /// # Errors
     ///
-    /// [`Error::Command`] if a command or a number in memory is not finite; the memory is then as before.
+    /// [`Error::Command`] if a command or a number in memory is not finite; the memory is then as before. [`Error::Time`]
+    /// at a time that is no number, or that has more samples before it than can be counted.
     pub fn act(&mut self, mechanism: &mut M, state: &StateOf<M>) -> Result<bool, Error> {
         let mut acts = false;
         for index in 0..self.clocks.as_ref().len() {
             let mut part = self.part(mechanism, index);
+            if !(state.t < M::Scalar::from_f64(MOST) * part.controller.sample) {
+                return Err(Error::Time);
+            }
             let due = state.t + part.same(state.t);
             loop {
                 if part.act().is_some_and(|at| at <= due) {
@@ -274,7 +281,7 @@ impl<M: Controlled> ControlLoop<M> {
                     if !self.sample(mechanism, &part, state)? {
                         return Err(Error::Command { controller: index });
                     }
-                    part.clock.samples = part.clock.samples.saturating_add(1);
+                    part.clock.samples += 1;
                 } else {
                     break;
                 }

@@ -231,6 +231,10 @@ fn instants_are_counted() {
     let mut state = State { t: 1.003_f32, q, u: [0.0] };
     let mut control = ControlLoop::new(&robot, state.t);
     assert!(!control.act(&mut robot, &state).unwrap(), "the first sample is at 1.005 s");
+    for t in [f32::NAN, f32::INFINITY, 1e20] {
+        let odd = State { t, ..state };
+        assert_eq!(ControlLoop::new(&robot, t).act(&mut robot, &odd), Err(Error::Time), "{t}");
+    }
     let mut instants = Vec::new();
     while state.t < 20.0 {
         state.t = control.until(&robot, 20.0);
