@@ -620,10 +620,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Controlled for Servo<S> {
         Ok(())
     }
     fn set_command(&mut self, command: usize, value: S) {
-        match command {
-            0 => self.inputs.volts = value,
-            _ => {}
-        }
+        let input = match command {
+            0 => &mut self.inputs.volts,
+            _ => return,
+        };
+        *input = value;
     }
 }
 

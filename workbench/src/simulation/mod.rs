@@ -208,17 +208,16 @@ impl Simulation {
         t: f64,
         mut is_interrupted: impl FnMut() -> bool,
     ) -> Result<Reached, SimulationError> {
-        loop {
-            self.act()?;
-            if !(self.state.t < t) {
-                return Ok(Reached::Time);
-            }
+        self.act()?;
+        while self.state.t < t {
             let until = self.control.until(&self.system.system, t);
             let reached = self.reach_held(until, &mut is_interrupted)?;
             if reached != Reached::Time {
                 return Ok(reached);
             }
+            self.act()?;
         }
+        Ok(Reached::Time)
     }
 
     /// As [`reach`](Self::reach), with constant inputs.

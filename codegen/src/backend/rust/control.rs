@@ -93,7 +93,7 @@ pub fn controlled(
     let descriptions = interface.controllers.iter().map(|it| description(it, choice));
     let inputs = interface.commands().enumerate().map(|(command, id)| {
         let (command, input) = (number(command), &fields.inputs[id.index()]);
-        quote!(#command => self.inputs.#input = value,)
+        quote!(#command => &mut self.inputs.#input,)
     });
     let memory_of = match argument.is_empty() {
         true => TokenStream::new(),
@@ -127,10 +127,11 @@ pub fn controlled(
                 Ok(())
             }
             fn set_command(&mut self, command: usize, value: #scalar) {
-                match command {
+                let input = match command {
                     #(#inputs)*
-                    _ => {}
-                }
+                    _ => return,
+                };
+                *input = value;
             }
         }
     }

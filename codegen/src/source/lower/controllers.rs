@@ -247,7 +247,7 @@ fn contradictions(
 ) -> Vec<(Span, String, &'static str)> {
     let mut found = Vec::new();
     let times = sample.map_or(1.0, |sample| sample.value / period.value);
-    if !(period.value > 0.0) {
+    if period.value <= 0.0 {
         let message = format!("the period is {} s", period.value);
         found.push((period.span, message, "give a positive time, as in `period: 1 ms`"));
     } else if times < 1.0 - WHOLE || (times - times.round()).abs() > WHOLE * times {
@@ -256,7 +256,7 @@ fn contradictions(
         found.push((period.span, message, hint));
     }
     let [lower, upper] = levels.value;
-    if !(upper > lower) {
+    if upper <= lower {
         let message = format!("the lower level {lower} is not below the upper level {upper}");
         found.push((levels.span, message, "write `[lower, upper]`"));
     }
