@@ -4775,6 +4775,10 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
             mul_add(-inertia_elbow_force_in_parent_arm_z, velocity_by_1_hull_z,
             c(MASS_ELBOW_ELBOW)))));
         let inverse_inertia_4 = c(1.0) / inertia_4_4;
+        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
+        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
+        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
+        let inverse_inertia_to_4 = S::min(inverse_inertia_to_3, inverse_inertia_4);
         // mechanism: independent accelerations: N^T M N y = N^T (f - M p)
         let reduced_independent_0_sum = mul_add(c(-CONTACT_POINT_HULL_Y), force_z_belly_chin_right,
             mul_add(c(CONTACT_POINT_HULL_Y), force_z_belly_tail_left,
@@ -4840,11 +4844,6 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
         let independent_origin_hull_z = mul_add(composite_centre_hull_x, independent_1,
             mul_add(-velocity_by_0_hull_z, independent_3, mul_add(-velocity_by_1_hull_z,
             independent_4, independent_fall_hull_z)));
-        // mechanism: margin of the elimination: its smallest pivot, its largest entry of N
-        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
-        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
-        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
-        let inverse_inertia_to_4 = S::min(inverse_inertia_to_3, inverse_inertia_4);
         acceleration[0] = independent_3;
         acceleration[1] = independent_4;
         acceleration[2] = mul_add(axis_z_hull_x, independent_origin_hull_z, mul_add(axis_y_hull_x,

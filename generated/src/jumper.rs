@@ -3829,6 +3829,9 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             mul_add(-inertia_ridge_force_on_hinge_right_y, minus_velocity_by_0_left_x,
             c(MASS_RIDGE_RIDGE))));
         let inverse_inertia_3 = c(1.0) / inertia_3_3;
+        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
+        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
+        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
         // left: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let balance_force_left_x = mul_add(band_band_pull_0_left_x, band_band_tension,
             force_feet_left_x + mul_add(c(MINIMAL_FIRST_MOMENT_LEFT_X), minus_gradient_left_xx,
@@ -3896,10 +3899,6 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
             c(INVERSE_MASS_LEFT) * balance_force_left_y));
         let independent_origin_left_z = mul_add(composite_centre_left_x, independent_1,
             mul_add(-velocity_by_0_left_z, independent_3, independent_fall_left_z));
-        // mechanism: margin of the elimination: its smallest pivot, its largest entry of N
-        let inverse_inertia_to_1 = S::min(inverse_inertia_0, inverse_inertia_1);
-        let inverse_inertia_to_2 = S::min(inverse_inertia_to_1, inverse_inertia_2);
-        let inverse_inertia_to_3 = S::min(inverse_inertia_to_2, inverse_inertia_3);
         acceleration[0] = independent_3;
         acceleration[1] = mul_add(axis_z_left_x, independent_origin_left_z, mul_add(axis_y_left_x,
             independent_origin_left_y, axis_x_left_x * independent_origin_left_x));

@@ -41,7 +41,9 @@ impl Factor {
 
     /// Returns the least of 1 / D.
     pub fn least_inverse_pivot(&self, binder: &mut Binder) -> Expr {
-        folded(binder, Function::Min, "inverse_inertia", self.inverse_pivots.clone())
+        let pivots = self.inverse_pivots.clone();
+        // Beside the pivots: a heading that waits for all of them would take their operands in as well.
+        folded(binder, Phase::IndependentInertia, Function::Min, "inverse_inertia", pivots)
     }
 
     /// Returns the solution for b.

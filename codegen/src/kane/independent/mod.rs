@@ -189,20 +189,27 @@ fn conditioning(binder: &mut Binder, closure: &Closure, elimination: &Eliminatio
         let length = binder.constant((closed.points[1] - closed.points[0]).norm());
         sizes.push(Expr::apply(Function::Abs, &[&length * inverse]));
     }
-    let smallest = folded(binder, Function::Max, "inverse_pivot", sizes);
+    let phase = Phase::EliminationMargin;
+    let smallest = folded(binder, phase, Function::Max, "inverse_pivot", sizes);
     let entries = elimination.pivots().flat_map(|(pivot, _)| elimination.speeds_by(pivot.joint));
     let entries = entries.filter(|entry| !entry.is_zero());
     let sizes =
         entries.map(|entry| Expr::apply(Function::Abs, std::slice::from_ref(entry))).collect();
-    let largest = folded(binder, Function::Max, "entry", sizes);
+    let largest = folded(binder, phase, Function::Max, "entry", sizes);
     let largest = &binder.constant(GROWTH) * &largest;
-    let worst = folded(binder, Function::Max, "worst", vec![smallest, largest]);
+    let worst = folded(binder, phase, Function::Max, "worst", vec![smallest, largest]);
     worst.power(-2)
 }
 
 /// Binds the largest or smallest of several values, step by step.
-fn folded(binder: &mut Binder, function: Function, name: &str, values: Vec<Expr>) -> Expr {
-    let section = Section::mechanism(Phase::EliminationMargin);
+fn folded(
+    binder: &mut Binder,
+    phase: Phase,
+    function: Function,
+    name: &str,
+    values: Vec<Expr>,
+) -> Expr {
+    let section = Section::mechanism(phase);
     let mut values = values.into_iter().enumerate();
     let Some((_, first)) = values.next() else { return Expr::one() };
     values.fold(first, |extreme, (index, value)| {
