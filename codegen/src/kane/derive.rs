@@ -64,10 +64,8 @@ fn equations(
     let mass = MassMatrix::new(b, &kinematics, &inertias);
     let energy = Energy::new(b, &kinematics, &inertias, &loads);
     let momentum = momentum(b, &kinematics, &inertias);
-    let closure = Closure::new(b, &kinematics);
-    let outputs = Outputs::new(b, &kinematics);
-    let control = control(b, &outputs);
-    let given = Given::new(b, &closure);
+    let (closure, outputs) = (Closure::new(b, &kinematics), Outputs::new(b, &kinematics));
+    let (control, given) = (control(b, &outputs), Given::new(b, &closure));
     let inverse = InverseDynamics::new(b, &kinematics, &inertias, &loads, &closure, &given);
     let phases = Phases {
         frames: &frames,

@@ -8,8 +8,7 @@ use crate::source::{Controller, JointId};
 
 /// The interface of a mechanism.
 pub fn interface(equations: &Equations, source_name: &str, source_text: &str) -> Interface {
-    let topology = &equations.topology;
-    let mechanism = &topology.mechanism;
+    let (topology, mechanism) = (&equations.topology, equations.mechanism());
     let hash = Sha256::digest(source_text.as_bytes());
     let body_name = |id: crate::source::BodyId| mechanism.bodies[id.index()].name.clone();
     Interface {

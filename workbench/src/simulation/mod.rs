@@ -39,7 +39,7 @@ pub use samples::{TooMany, sample_times};
 pub use start::{Asked, allowed, lost_fold, moves, start};
 pub use unfold::{Fold, unfold};
 
-use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped, acceleration};
+use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped};
 
 use crate::execution::Jit;
 use crate::motion::{Audit, Motion, Tensions, Work};
@@ -49,7 +49,7 @@ use pace::Pace;
 use plates::Plates;
 use steps::RigidSteps;
 pub use steps::Steps;
-use suspect::{is_at_stop, suspect};
+use suspect::{is_at_stop, is_singular, suspect};
 
 /// What may be spent to leave a singular state, steps times joints cubed: one or two seconds.
 const MOST_TO_LEAVE: f64 = 5e6;
@@ -395,15 +395,4 @@ impl Simulation {
         }
         SimulationError::Failed { reason, t: self.state.t, at_stop }
     }
-}
-
-/// Whether the loops are loose in a direction more than they usually are, as in the flat state.
-/// By which branch the motion leaves it is for the implicit method to find.
-fn is_singular(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> bool {
-    let d = system.dimensions();
-    let mut rates = system.speeds();
-    let found =
-        acceleration(system, state.t, &state.q, &state.u, &mut system.workspace(), &mut rates);
-    let usual = system.system.interface().rank + d.drives;
-    found.is_ok_and(|constraint| constraint.rank < usual.min(d.speeds))
 }

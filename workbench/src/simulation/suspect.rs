@@ -17,6 +17,17 @@ pub fn is_at_stop([least, greatest]: [f64; 2], q: f64) -> bool {
     q <= least + STOP || q >= greatest - STOP
 }
 
+/// Whether the loops are loose in a direction more than they usually are, as in the flat state.
+/// By which branch the motion leaves it is for the implicit method to find.
+pub fn is_singular(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> bool {
+    let d = system.dimensions();
+    let mut rates = system.speeds();
+    let found =
+        acceleration(system, state.t, &state.q, &state.u, &mut system.workspace(), &mut rates);
+    let usual = system.system.interface().rank + d.drives;
+    found.is_ok_and(|constraint| constraint.rank < usual.min(d.speeds))
+}
+
 /// What to say about a state from which an integrator could not go on.
 pub fn suspect(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> String {
     let interface = system.system.interface();

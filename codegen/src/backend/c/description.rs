@@ -130,6 +130,31 @@ fn remembered(interface: &Interface) -> Vec<String> {
     interface.controllers.iter().flat_map(of).collect()
 }
 
+/// Returns the names of what arrays hold, one kind after the other.
+fn indices(interface: &Interface) -> Vec<Indices> {
+    let bodies = interface.bodies.iter().map(|body| &body.name).collect();
+    let joint_names = interface.joints.iter().map(|joint| &joint.name).collect();
+    let commands: Vec<&String> =
+        interface.commands().map(|id| &interface.inputs[id.index()]).collect();
+    let memory: Vec<String> = remembered(interface);
+    [
+        ("Joints, in the order of q and u.", "JOINT", joint_names),
+        ("Bodies, in the order of the poses.", "BODY", bodies),
+        ("Points, in their order.", "POINT", interface.points.iter().collect()),
+        ("Contact points, in their order.", "CONTACT", interface.contacts.iter().collect()),
+        (
+            "What controllers remember, in the order of their memory.",
+            "MEMORY",
+            memory.iter().collect(),
+        ),
+        ("Inputs that controllers drive, in the order of their commands.", "COMMAND", commands),
+    ]
+    .into_iter()
+    .filter(|(_, _, names)| !names.is_empty())
+    .map(|(what, prefix, names)| Indices { what, prefix, names: upper(&names) })
+    .collect()
+}
+
 /// Returns the values that the templates of the header and of the source have in common.
 pub fn of(program: &Program, real: Real) -> Context {
     let interface = &program.interface;
@@ -156,27 +181,7 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("codes", &STATUS);
     context.insert("pieces", &STEP_PIECES);
     context.insert("attempts", &(2 * STEP_PIECES - 1));
-    let joint_names = interface.joints.iter().map(|joint| &joint.name).collect();
-    let commands: Vec<&String> =
-        interface.commands().map(|id| &interface.inputs[id.index()]).collect();
-    let memory: Vec<String> = remembered(interface);
-    let indices: Vec<Indices> = [
-        ("Joints, in the order of q and u.", "JOINT", joint_names),
-        ("Bodies, in the order of the poses.", "BODY", bodies),
-        ("Points, in their order.", "POINT", interface.points.iter().collect()),
-        ("Contact points, in their order.", "CONTACT", interface.contacts.iter().collect()),
-        (
-            "What controllers remember, in the order of their memory.",
-            "MEMORY",
-            memory.iter().collect(),
-        ),
-        ("Inputs that controllers drive, in the order of their commands.", "COMMAND", commands),
-    ]
-    .into_iter()
-    .filter(|(_, _, names)| !names.is_empty())
-    .map(|(what, prefix, names)| Indices { what, prefix, names: upper(&names) })
-    .collect();
-    context.insert("indices", &indices);
+    context.insert("indices", &indices(interface));
     let initial: Vec<_> = interface.memory().map(|(_, value)| constant(real, *value)).collect();
     context.insert("memory", &initial);
     context.insert("controllers", &controllers(interface, real));

@@ -7,7 +7,6 @@ use std::ops::Range;
 
 use super::codes::{self, Code};
 use super::expression::{Binary, Expression, Unary};
-use super::ids::{JointId, PointId};
 use super::names;
 use super::units::split_number;
 use super::yaml::shorten;
@@ -15,6 +14,7 @@ use super::yaml::shorten;
 mod functions;
 mod operators;
 mod print;
+mod scope;
 #[cfg(test)]
 mod tests;
 
@@ -22,6 +22,7 @@ use functions::{Function, domain, function};
 pub(super) use functions::{functions, is_function};
 use operators::{Infix, SIGN, chained};
 pub(super) use print::{number, print};
+pub(super) use scope::{Problem, Scope};
 
 /// Deepest nesting of parentheses, calls, signs and powers. It is limited because later stages walk
 /// trees recursively.
@@ -29,46 +30,6 @@ const MAX_NESTING: usize = 64;
 /// Most numbers and names in one expression, so that the derived equations stay small enough to be
 /// compiled.
 const MAX_TERMS: usize = 100_000;
-
-/// A mistake in an expression; the range is in bytes of its text.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Problem {
-    pub code: Code,
-    pub range: Range<usize>,
-    pub message: String,
-    pub label: String,
-    pub hint: Option<String>,
-}
-
-/// The meaning of the names in an expression.
-pub(super) trait Scope {
-    /// A name without prefix that is neither `pi` nor `t`.
-    fn symbol(&self, name: &str) -> Option<Expression>;
-    /// Every name that is allowed here, but for `pi`.
-    fn symbols(&self) -> Vec<&str>;
-    /// The joint of this name.
-    fn joint(&self, name: &str) -> Option<JointId>;
-    /// Every joint.
-    fn joints(&self) -> Vec<&str>;
-    /// Why the expression must not depend on `q` and `u`; `None` if it may.
-    fn motion_refused(&self) -> Option<&'static str>;
-    /// Why a name that exists cannot be used; `None` if it can.
-    fn symbol_refused(&self, _: &str) -> Option<String> {
-        None
-    }
-    /// The output point of this name.
-    fn point(&self, _: &str) -> Option<PointId> {
-        None
-    }
-    /// Every output point; `None` if the expression must not depend on them.
-    fn points(&self) -> Option<Vec<&str>> {
-        None
-    }
-    /// The number of mistakes that were found in the file before this expression.
-    fn earlier_mistakes(&self) -> usize {
-        0
-    }
-}
 
 /// Parses `text`. All unknown names are reported together; a syntax error stops the parser.
 pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Expression, Vec<Problem>> {

@@ -3,6 +3,7 @@
 use super::functions::{FUNCTIONS, Function};
 use super::operators::{POWER, SIGN, powers};
 use crate::source::expression::{Binary, Expression, Operator, Unary};
+use crate::source::ids::JointId;
 use crate::source::model::SourceModel;
 
 /// Binding power above that of every operator.
@@ -41,33 +42,44 @@ fn name_of(is_it: impl Fn(Function) -> bool) -> &'static str {
     FUNCTIONS.iter().find(|(_, function)| is_it(*function)).map_or("", |(name, _)| name)
 }
 
+/// Returns a number or a name as it is written.
+fn leaf(expression: &Expression, model: &SourceModel) -> String {
+    let joint = |id: &JointId| &model.joints[id.index()].name.value;
+    match expression {
+        Expression::Number(std::f64::consts::PI) => "pi".to_owned(),
+        Expression::Number(value) => number(*value),
+        Expression::Parameter(id) => model.parameters[id.index()].name.value.clone(),
+        Expression::Input(id) => model.inputs[id.index()].value.clone(),
+        Expression::Time => "t".to_owned(),
+        Expression::Position(id) => format!("q.{}", joint(id)),
+        Expression::Rate(id) => format!("u.{}", joint(id)),
+        Expression::Place(id, axis) => {
+            format!("{}.{}", ["x", "y", "z"][*axis], model.points[id.index()].name.value)
+        }
+        Expression::Memory(id) => {
+            let mut memory = model.controllers.iter().flat_map(|controller| &controller.memory);
+            memory.nth(id.index()).map_or(String::new(), |memory| memory.name.clone())
+        }
+        Expression::Unary(..) | Expression::Binary(..) | Expression::Chain(..) => {
+            unreachable!("an operation has operands")
+        }
+    }
+}
+
 fn write(expression: &Expression, least: u8, model: &SourceModel, text: &mut String) {
     let parentheses = binding(expression) < least;
     if parentheses {
         text.push('(');
     }
     match expression {
-        Expression::Number(std::f64::consts::PI) => text.push_str("pi"),
-        Expression::Number(value) => text.push_str(&number(*value)),
-        Expression::Parameter(id) => text.push_str(&model.parameters[id.index()].name.value),
-        Expression::Input(id) => text.push_str(&model.inputs[id.index()].value),
-        Expression::Time => text.push('t'),
-        Expression::Position(id) => {
-            text.push_str("q.");
-            text.push_str(&model.joints[id.index()].name.value);
-        }
-        Expression::Rate(id) => {
-            text.push_str("u.");
-            text.push_str(&model.joints[id.index()].name.value);
-        }
-        Expression::Place(id, axis) => {
-            text.push_str(["x.", "y.", "z."][*axis]);
-            text.push_str(&model.points[id.index()].name.value);
-        }
-        Expression::Memory(id) => {
-            let mut memory = model.controllers.iter().flat_map(|controller| &controller.memory);
-            text.push_str(memory.nth(id.index()).map_or("", |memory| &memory.name));
-        }
+        Expression::Number(_)
+        | Expression::Parameter(_)
+        | Expression::Input(_)
+        | Expression::Time
+        | Expression::Position(_)
+        | Expression::Rate(_)
+        | Expression::Place(..)
+        | Expression::Memory(_) => text.push_str(&leaf(expression, model)),
         Expression::Unary(Unary::Neg, x) => {
             text.push('-');
             write(x, SIGN, model, text);

@@ -97,9 +97,8 @@ impl Lowering<'_> {
         let materials = self.each(declared.materials, Self::material);
         let layup = self.layup(&fields);
         let tolerance = self.optional(&fields, "tolerance");
-        let sheet = (&materials, &layup);
         let given = tolerance.iter().flatten().map(|tolerance| tolerance.value).next();
-        let pattern = self.pattern(&fields, file, &declared, sheet, given);
+        let pattern = self.pattern(&fields, file, &declared, (&materials, &layup), given);
         let layers = fields.get("layup").map(|_| layup.as_ref().map_or(0, Vec::len));
         let bodies = self.each(declared.bodies, |this, entry| this.body(entry, layers));
         let [fixed, free] = fixed_and_free(declared.bodies, pattern.as_ref());
@@ -109,11 +108,10 @@ impl Lowering<'_> {
         let tunable = self.tunable(&fields, declared.parameters, &inputs, &fixed);
         let initial = self.initial(&fields, &free);
         let points = self.each(declared.points, Self::point);
-        let forces = self.each(declared.forces, Self::force);
         let elements = self.elements(&declared, points.as_deref(), &fixed);
         let contacts = self.each(declared.contacts, Self::contact);
         let controllers = self.controllers(declared.controllers);
-        let air = self.air(&fields);
+        let (forces, air) = (self.each(declared.forces, Self::force), self.air(&fields));
         if pattern.is_none() {
             self.forget_consequences();
         }
