@@ -92,6 +92,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let file = read(path)?;
     let compiled = start.compile(&[])?;
     let mut system = start.system(&compiled)?;
+    system.interface().without_controllers("goals").map_err(fail)?;
     for (joint, angle) in start.guess(&compiled, system.interface())? {
         system.set_initial(joint, angle);
     }

@@ -27,7 +27,7 @@ use std::sync::mpsc;
 use std::thread;
 
 use lamc::pipeline::Compiled;
-use lamc::source::{AngleUnit, Diagnostics, SourceFile};
+use lamc::source::{AngleUnit, Diagnostic, Diagnostics, SourceFile, Span, codes};
 use sha2::{Digest as _, Sha256};
 
 use crate::execution::Jit;
@@ -112,6 +112,10 @@ impl Sweep {
     ) -> Result<Self, Diagnostics> {
         let text = plan.text.clone();
         let plan = Plan::read(plan, &Quantities::of(&compiled, system, &guess), angle)?;
+        if plan.task.rests() {
+            let constant = compiled.program.interface.without_controllers("states of rest");
+            constant.map_err(|why| Diagnostic::error(codes::BAD_PLAN, Span::default(), why))?;
+        }
         let mut all = vec![Column::index("run")];
         all.extend(plan.quantities().map(|it| Column::number(it.name.clone(), plan::unit(it))));
         all.extend(columns(&plan.task, &compiled.program.interface));

@@ -51,6 +51,16 @@ pub enum Task {
     },
 }
 
+impl Task {
+    /// Whether it needs a state of rest.
+    pub fn rests(&self) -> bool {
+        match self {
+            Self::Simulate(simulate) => simulate.settling,
+            Self::Equilibrium { .. } => true,
+        }
+    }
+}
+
 /// How to simulate, and what to record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulate {
