@@ -3,7 +3,7 @@
 use super::*;
 use crate::source::diagnostic::{Span, Spanned};
 use crate::source::drawn::Drawn;
-use crate::source::ids::{InputId, ParameterId};
+use crate::source::ids::{InputId, JointId, ParameterId};
 use crate::source::model::{Joint, Parameter, SourceModel, Spring};
 
 struct Names {
