@@ -5,6 +5,7 @@ pub mod campaign;
 pub mod chain;
 pub mod compare;
 pub mod designs;
+pub mod dual;
 pub mod golden;
 pub mod linkages;
 pub mod modules;

@@ -2,6 +2,7 @@
 //! its records, identification from measurements, pictures, videos and pages. The command `lamc` is
 //! the binary of this crate.
 
+pub mod adjoint;
 pub mod archive;
 #[cfg(feature = "derive")]
 pub mod cache;

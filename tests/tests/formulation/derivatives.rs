@@ -2,148 +2,15 @@
 //! modules and against finite differences.
 
 use lamc_tests::compare::keep_largest;
-use std::cmp::Ordering;
-use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use lamc::program::Interpreter;
 use lamc_generated::{fourbar::Fourbar, sixbar::Sixbar, triple_pendulum::TriplePendulum};
 use lamc_runtime::{
-    Arithmetic, JacobianMut, Mechanism, Scalar, acceleration, assemble, jacobian, project,
+    Arithmetic as _, JacobianMut, Mechanism, acceleration, assemble, jacobian, project,
 };
+use lamc_tests::dual::Dual;
 use lamc_tests::random::Random;
 use lamc_tests::{compile, compile_text, linkages, relative_error, workspace};
-
-/// A number and its derivative: x + x' e with e^2 = 0.
-#[derive(Clone, Copy, Debug, Default)]
-struct Dual(f64, f64);
-
-impl PartialEq for Dual {
-    fn eq(&self, other: &Self) -> bool {
-        self.0 == other.0
-    }
-}
-
-impl PartialOrd for Dual {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        self.0.partial_cmp(&other.0)
-    }
-}
-
-impl Add for Dual {
-    type Output = Self;
-    fn add(self, b: Self) -> Self {
-        Self(self.0 + b.0, self.1 + b.1)
-    }
-}
-
-impl Sub for Dual {
-    type Output = Self;
-    fn sub(self, b: Self) -> Self {
-        Self(self.0 - b.0, self.1 - b.1)
-    }
-}
-
-impl Mul for Dual {
-    type Output = Self;
-    fn mul(self, b: Self) -> Self {
-        Self(self.0 * b.0, self.1 * b.0 + self.0 * b.1)
-    }
-}
-
-impl Div for Dual {
-    type Output = Self;
-    fn div(self, b: Self) -> Self {
-        Self(self.0 / b.0, (self.1 - self.0 / b.0 * b.1) / b.0)
-    }
-}
-
-impl Neg for Dual {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self(-self.0, -self.1)
-    }
-}
-
-impl AddAssign for Dual {
-    fn add_assign(&mut self, b: Self) {
-        *self = *self + b;
-    }
-}
-
-impl SubAssign for Dual {
-    fn sub_assign(&mut self, b: Self) {
-        *self = *self - b;
-    }
-}
-
-impl MulAssign for Dual {
-    fn mul_assign(&mut self, b: Self) {
-        *self = *self * b;
-    }
-}
-
-impl Arithmetic for Dual {
-    const ZERO: Self = Self(0.0, 0.0);
-    const ONE: Self = Self(1.0, 0.0);
-    const EPSILON: Self = Self(f64::EPSILON, 0.0);
-    fn from_f64(value: f64) -> Self {
-        Self(value, 0.0)
-    }
-    fn sqrt(self) -> Self {
-        let root = self.0.sqrt();
-        Self(root, self.1 / (2.0 * root))
-    }
-    fn sin_cos(self) -> (Self, Self) {
-        let (s, c) = self.0.sin_cos();
-        (Self(s, c * self.1), Self(c, -s * self.1))
-    }
-    fn tan(self) -> Self {
-        Self(self.0.tan(), self.1 / self.0.cos().powi(2))
-    }
-    fn exp(self) -> Self {
-        Self(self.0.exp(), self.0.exp() * self.1)
-    }
-    fn tanh(self) -> Self {
-        Self(self.0.tanh(), self.1 / self.0.cosh().powi(2))
-    }
-    fn ln(self) -> Self {
-        Self(self.0.ln(), self.1 / self.0)
-    }
-    fn pow(self, exponent: Self) -> Self {
-        let power = self.0.powf(exponent.0);
-        let by_base = exponent.0 * self.0.powf(exponent.0 - 1.0) * self.1;
-        let by_exponent = if exponent.1 == 0.0 { 0.0 } else { power * self.0.ln() * exponent.1 };
-        Self(power, by_base + by_exponent)
-    }
-    fn atan2(self, x: Self) -> Self {
-        let square = self.0 * self.0 + x.0 * x.0;
-        Self(self.0.atan2(x.0), (x.0 * self.1 - self.0 * x.1) / square)
-    }
-    fn step(self) -> Self {
-        Self(f64::from(u8::from(self.0 >= 0.0)), 0.0)
-    }
-    fn abs(self) -> Self {
-        if self.0 < 0.0 { -self } else { self }
-    }
-    fn min(self, other: Self) -> Self {
-        if self.0 <= other.0 { self } else { other }
-    }
-    fn max(self, other: Self) -> Self {
-        if self.0 >= other.0 { self } else { other }
-    }
-}
-
-impl Scalar for Dual {
-    fn to_f64(self) -> f64 {
-        self.0
-    }
-    fn to_f32(self) -> f32 {
-        self.0 as f32
-    }
-    fn is_finite(self) -> bool {
-        self.0.is_finite() && self.1.is_finite()
-    }
-}
 
 /// The Jacobian in `f64` against one dual evaluation per column, at closed states.
 fn check<M, D, const N: usize>(name: &str, model: &M, dual: &D)

@@ -1,6 +1,7 @@
 //! From a model to its equations: diagnostics, hinge laws and forces, and the equations of motion
 //! against independent formulations.
 
+mod adjoint;
 mod constrained;
 mod contact_edges;
 mod contacts;

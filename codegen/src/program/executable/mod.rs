@@ -88,6 +88,11 @@ impl<E: Engine> Executable<E> {
         &self.parameters
     }
 
+    /// The numbers of the drawing that follow from the parameters alone, SI.
+    pub fn drawing(&self) -> &[f64] {
+        &self.drawing
+    }
+
     /// The inputs, in the order of the model, SI.
     pub fn inputs(&self) -> &[f64] {
         &self.inputs

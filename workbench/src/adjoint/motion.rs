@@ -1,0 +1,147 @@
+//! A whole motion with fixed steps, and the way back over it.
+
+use lamc::program::FunctionKind;
+use lamc_runtime::State;
+
+use super::differentiated::{Adjoints, At, Differentiated, Undifferentiable};
+use super::steps::{Method, Stepper};
+
+/// Numbers of the record that are kept at most: 64 MB. A longer motion is repeated in pieces on the way back.
+const MOST_NUMBERS: usize = 8_000_000;
+
+/// The state of a motion.
+type Sample = State<Vec<f64>, f64>;
+
+/// A motion at samples, which can be differentiated.
+pub struct Course<'d> {
+    differentiated: &'d Differentiated,
+    method: Method,
+    /// The time of each step's end after the initial time, s.
+    times: Vec<f64>,
+    /// The steps after which there is a sample, ascending.
+    marks: Vec<usize>,
+    /// The states at the samples; the first is the initial state.
+    pub samples: Vec<Sample>,
+    /// Steps before which the record was forgotten, and the states there, beginning with the first.
+    pieces: Vec<(usize, Sample)>,
+    most: usize,
+}
+
+/// The derivatives of a number that depends on a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradient {
+    /// By the initial coordinates, NQ, 1/rad. Those of a quaternion are by its four numbers.
+    pub q: Vec<f64>,
+    /// By the initial speeds, NU.
+    pub u: Vec<f64>,
+    /// By the parameters, in their order, also through the drawing.
+    pub parameters: Vec<f64>,
+    /// By the inputs, in their order.
+    pub inputs: Vec<f64>,
+}
+
+impl<'d> Course<'d> {
+    /// Integrates from a state with samples at ascending times, s, and so many equal steps between two of them.
+    ///
+    /// # Errors
+    /// [`Undifferentiable`].
+    pub fn new(
+        differentiated: &'d Differentiated,
+        method: Method,
+        start: Sample,
+        samples: &[f64],
+        steps: usize,
+    ) -> Result<Self, Undifferentiable> {
+        let mut times = Vec::with_capacity(samples.len() * steps);
+        let mut begin = start.t;
+        for end in samples {
+            for step in 1..steps {
+                times.push(begin + (end - begin) * step as f64 / steps as f64);
+            }
+            times.push(*end);
+            begin = *end;
+        }
+        let marks = (1..=samples.len()).map(|index| index * steps).collect();
+        let course = Self {
+            differentiated,
+            method,
+            times,
+            marks,
+            samples: vec![start.clone()],
+            pieces: vec![(0, start)],
+            most: MOST_NUMBERS,
+        };
+        course.run()
+    }
+
+    fn run(mut self) -> Result<Self, Undifferentiable> {
+        let mut stepper = Stepper::new(self.differentiated, self.method);
+        let mut state = self.samples[0].clone();
+        let mut marks = self.marks.iter().copied().peekable();
+        for (index, time) in self.times.iter().enumerate() {
+            if stepper.recorded() > self.most {
+                stepper.forget();
+                self.pieces.push((index, state.clone()));
+            }
+            let length = time - state.t;
+            stepper.step(&mut state, length)?;
+            state.t = *time;
+            if marks.next_if_eq(&(index + 1)).is_some() {
+                self.samples.push(state.clone());
+            }
+        }
+        Ok(self)
+    }
+
+    /// The derivatives of a number, from its derivatives by q and by u at each sample: NQ and then NU numbers.
+    ///
+    /// # Errors
+    /// [`Undifferentiable::NotFinite`].
+    pub fn pull(&self, by_samples: &[Vec<f64>]) -> Result<Gradient, Undifferentiable> {
+        let differentiated = self.differentiated;
+        let mut adjoints = Adjoints::zeros(differentiated.layout);
+        let mut stepper = Stepper::new(differentiated, self.method);
+        let mut end = self.times.len();
+        let mut samples = self.marks.iter().zip(&by_samples[1..]).rev().peekable();
+        for (begin, state) in self.pieces.iter().rev() {
+            let mut state = state.clone();
+            for time in &self.times[*begin..end] {
+                let length = time - state.t;
+                stepper.step(&mut state, length)?;
+                state.t = *time;
+            }
+            for step in (*begin..end).rev() {
+                if let Some((_, by_sample)) = samples.next_if(|(mark, _)| **mark == step + 1) {
+                    add(&mut adjoints.state, by_sample);
+                }
+                stepper.pull(&mut adjoints);
+            }
+            end = *begin;
+        }
+        add(&mut adjoints.state, &by_samples[0]);
+        differentiated.gradient(adjoints)
+    }
+}
+
+impl Differentiated {
+    /// The adjoints as derivatives; those of the drawing as derivatives by the parameters.
+    fn gradient(&self, mut adjoints: Adjoints) -> Result<Gradient, Undifferentiable> {
+        let layout = self.layout;
+        let drawing = adjoints.rest.split_off(layout.parameters + layout.inputs);
+        adjoints.rest.resize(layout.rest(), 0.0);
+        let at = At { t: 0.0, q: &[], u: &[] };
+        self.pull(FunctionKind::Drawing, at, &drawing, &mut adjoints);
+        if adjoints.state.iter().chain(&adjoints.rest).any(|x| !x.is_finite()) {
+            return Err(Undifferentiable::NotFinite);
+        }
+        let Adjoints { state, mut rest } = adjoints;
+        rest.truncate(layout.parameters + layout.inputs);
+        let inputs = rest.split_off(layout.parameters);
+        let (q, u) = state.split_at(layout.coordinates);
+        Ok(Gradient { q: q.to_vec(), u: u.to_vec(), parameters: rest, inputs })
+    }
+}
+
+fn add(sums: &mut [f64], shares: &[f64]) {
+    sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share);
+}
