@@ -14,6 +14,7 @@ mod integrator;
 mod rigid;
 mod rk4;
 mod rodas;
+pub mod rodasp;
 mod steps;
 
 pub use dopri5::Dopri5;

@@ -23,7 +23,7 @@ pub enum Undifferentiable {
         /// The reason.
         error: Error,
     },
-    /// Loops are so close to a singular state that elimination does not serve.
+    /// The mechanism is so close to a singular state that its acceleration is not determined by the state alone.
     Singular {
         /// The time, s.
         t: f64,
@@ -37,8 +37,6 @@ pub enum Undifferentiable {
     },
     /// An adjoint is not finite.
     NotFinite,
-    /// The program has no function that is needed, or the mechanism something that is not handled.
-    Missing(String),
 }
 
 impl Undifferentiable {
@@ -56,7 +54,6 @@ impl Undifferentiable {
                 interface.joints[*joint].name
             ),
             Self::NotFinite => "a derivative of the motion is not finite".to_owned(),
-            Self::Missing(reason) => reason.clone(),
         }
     }
 }
@@ -85,6 +82,18 @@ impl Adjoints {
     /// Zeros.
     pub fn zeros(layout: Layout) -> Self {
         Self { state: vec![0.0; layout.state()], rest: vec![0.0; layout.rest()] }
+    }
+
+    /// Adds others.
+    pub fn add(&mut self, shares: &Self) {
+        for (sums, shares) in [(&mut self.state, &shares.state), (&mut self.rest, &shares.rest)] {
+            sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share);
+        }
+    }
+
+    /// Makes them invalid, so that no gradient comes of them.
+    pub fn spoil(&mut self) {
+        self.state.fill(f64::NAN);
     }
 }
 
@@ -156,49 +165,45 @@ impl Differentiated {
         rest.iter().zip(of_rest).for_each(|(place, share)| adjoints.rest[*place] += share);
     }
 
-    /// du/dt by elimination.
+    /// du/dt by elimination; whether that holds.
     ///
     /// # Errors
-    /// [`Undifferentiable::Singular`], or an error of the mechanism.
-    pub fn accelerate(&self, at: At<'_>, out: &mut [f64]) -> Result<(), Undifferentiable> {
+    /// An error of the mechanism.
+    pub fn accelerate(&self, at: At<'_>, out: &mut [f64]) -> Result<bool, Undifferentiable> {
         let margin = self.system.write_acceleration(at.t, at.q, at.u, out);
-        holds(at.t, margin)?;
-        finite(at.t, out)
+        Ok(holds(at.t, margin)? && out.iter().all(|x| x.is_finite()))
     }
 
-    /// The step of q that closes loops and the change of u that keeps them closed, both to be taken away, and the residuals.
+    /// du/dt with its derivatives by elimination; whether that holds.
     ///
     /// # Errors
-    /// As [`accelerate`](Self::accelerate).
-    pub fn project(&self, at: At<'_>, out: ProjectionMut<'_, f64>) -> Result<(), Undifferentiable> {
-        holds(at.t, self.system.write_projection(at.q, at.u, out))
-    }
-
-    /// du/dt with its derivatives.
-    ///
-    /// # Errors
-    /// As [`accelerate`](Self::accelerate).
-    pub fn jacobian(&self, at: At<'_>, out: JacobianMut<'_, f64>) -> Result<(), Undifferentiable> {
+    /// An error of the mechanism.
+    pub fn jacobian(
+        &self,
+        at: At<'_>,
+        out: JacobianMut<'_, f64>,
+    ) -> Result<bool, Undifferentiable> {
         holds(at.t, self.system.write_jacobian(at.t, at.q, at.u, out))
+    }
+
+    /// The step of q that closes loops and the change of u that keeps them closed, both to be taken away, and the residuals;
+    /// whether that holds.
+    ///
+    /// # Errors
+    /// An error of the mechanism.
+    pub fn project(
+        &self,
+        at: At<'_>,
+        out: ProjectionMut<'_, f64>,
+    ) -> Result<bool, Undifferentiable> {
+        holds(at.t, self.system.write_projection(at.q, at.u, out))
     }
 }
 
 /// Whether a solution by elimination holds at a time, s.
-fn holds(t: f64, margin: Result<Option<Margin<f64>>, Error>) -> Result<(), Undifferentiable> {
+fn holds(t: f64, margin: Result<Option<Margin<f64>>, Error>) -> Result<bool, Undifferentiable> {
     let margin = margin.map_err(|error| Undifferentiable::Motion { t, error })?;
-    let margin = margin.ok_or_else(|| {
-        Undifferentiable::Missing("the program does not solve its equations".to_owned())
-    })?;
-    if margin.inverse_pivot > 0.0 && margin.conditioning > SAFE_CONDITIONING.of::<f64>() {
-        Ok(())
-    } else {
-        Err(Undifferentiable::Singular { t })
-    }
-}
-
-fn finite(t: f64, values: &[f64]) -> Result<(), Undifferentiable> {
-    match values.iter().position(|value| !value.is_finite()) {
-        Some(joint) => Err(Undifferentiable::Motion { t, error: Error::NotFinite { joint } }),
-        None => Ok(()),
-    }
+    Ok(margin.is_some_and(|margin| {
+        margin.inverse_pivot > 0.0 && margin.conditioning > SAFE_CONDITIONING.of::<f64>()
+    }))
 }

@@ -11,11 +11,14 @@
 //! Griewank and A. Walther, "Evaluating Derivatives", 2008, chapters 3 and 12). A long motion is kept as states at some of its
 //! steps, from which the pass back repeats one piece at a time.
 
-mod closure;
+mod constrained;
 mod differentiated;
+mod general;
+mod implicit;
 mod motion;
 mod orientation;
 mod reverse;
+mod saddle;
 mod steps;
 mod tape;
 #[cfg(test)]

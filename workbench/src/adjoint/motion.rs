@@ -1,5 +1,7 @@
 //! A whole motion with fixed steps, and the way back over it.
 
+use std::cell::RefCell;
+
 use lamc::program::FunctionKind;
 use lamc_runtime::State;
 
@@ -15,7 +17,8 @@ type Sample = State<Vec<f64>, f64>;
 /// A motion at samples, which can be differentiated.
 pub struct Course<'d> {
     differentiated: &'d Differentiated,
-    method: Method,
+    /// With the record of the motion, if it has one piece only.
+    stepper: RefCell<Stepper<'d>>,
     /// The time of each step's end after the initial time, s.
     times: Vec<f64>,
     /// The steps after which there is a sample, ascending.
@@ -64,7 +67,7 @@ impl<'d> Course<'d> {
         let marks = (1..=samples.len()).map(|index| index * steps).collect();
         let course = Self {
             differentiated,
-            method,
+            stepper: RefCell::new(Stepper::new(differentiated, method)),
             times,
             marks,
             samples: vec![start.clone()],
@@ -75,7 +78,7 @@ impl<'d> Course<'d> {
     }
 
     fn run(mut self) -> Result<Self, Undifferentiable> {
-        let mut stepper = Stepper::new(self.differentiated, self.method);
+        let stepper = self.stepper.get_mut();
         let mut state = self.samples[0].clone();
         let mut marks = self.marks.iter().copied().peekable();
         for (index, time) in self.times.iter().enumerate() {
@@ -83,9 +86,7 @@ impl<'d> Course<'d> {
                 stepper.forget();
                 self.pieces.push((index, state.clone()));
             }
-            let length = time - state.t;
-            stepper.step(&mut state, length)?;
-            state.t = *time;
+            step(stepper, &mut state, *time)?;
             if marks.next_if_eq(&(index + 1)).is_some() {
                 self.samples.push(state.clone());
             }
@@ -93,34 +94,53 @@ impl<'d> Course<'d> {
         Ok(self)
     }
 
-    /// The derivatives of a number, from its derivatives by q and by u at each sample: NQ and then NU numbers.
+    /// The derivatives of some numbers, from those of each number by q and by u at each sample: NQ and then NU entries.
     ///
     /// # Errors
     /// [`Undifferentiable::NotFinite`].
-    pub fn pull(&self, by_samples: &[Vec<f64>]) -> Result<Gradient, Undifferentiable> {
+    pub fn pull(&self, numbers: &[Vec<Vec<f64>>]) -> Result<Vec<Gradient>, Undifferentiable> {
         let differentiated = self.differentiated;
-        let mut adjoints = Adjoints::zeros(differentiated.layout);
-        let mut stepper = Stepper::new(differentiated, self.method);
-        let mut end = self.times.len();
-        let mut samples = self.marks.iter().zip(&by_samples[1..]).rev().peekable();
-        for (begin, state) in self.pieces.iter().rev() {
-            let mut state = state.clone();
-            for time in &self.times[*begin..end] {
-                let length = time - state.t;
-                stepper.step(&mut state, length)?;
-                state.t = *time;
+        let mut adjoints = vec![Adjoints::zeros(differentiated.layout); numbers.len()];
+        let add = |adjoints: &mut [Adjoints], sample: usize| {
+            for (adjoints, by_samples) in adjoints.iter_mut().zip(numbers) {
+                let sums = adjoints.state.iter_mut().zip(&by_samples[sample]);
+                sums.for_each(|(sum, share)| *sum += share);
             }
-            for step in (*begin..end).rev() {
-                if let Some((_, by_sample)) = samples.next_if(|(mark, _)| **mark == step + 1) {
-                    add(&mut adjoints.state, by_sample);
+        };
+        let mut stepper = self.stepper.borrow_mut();
+        stepper.rewind();
+        let mut end = self.times.len();
+        let mut samples = self.marks.iter().enumerate().rev().peekable();
+        for (begin, state) in self.pieces.iter().rev() {
+            if self.pieces.len() > 1 {
+                stepper.forget();
+                let mut state = state.clone();
+                for time in &self.times[*begin..end] {
+                    step(&mut stepper, &mut state, *time)?;
+                }
+            }
+            for index in (*begin..end).rev() {
+                if let Some((sample, _)) = samples.next_if(|(_, mark)| **mark == index + 1) {
+                    add(&mut adjoints, sample + 1);
                 }
                 stepper.pull(&mut adjoints);
             }
             end = *begin;
         }
-        add(&mut adjoints.state, &by_samples[0]);
-        differentiated.gradient(adjoints)
+        add(&mut adjoints, 0);
+        adjoints.into_iter().map(|adjoints| differentiated.gradient(adjoints)).collect()
     }
+}
+
+/// A step that ends at a time, s.
+fn step(
+    stepper: &mut Stepper<'_>,
+    state: &mut Sample,
+    time: f64,
+) -> Result<(), Undifferentiable> {
+    stepper.step(state, time - state.t)?;
+    state.t = time;
+    Ok(())
 }
 
 impl Differentiated {
@@ -140,8 +160,4 @@ impl Differentiated {
         let (q, u) = state.split_at(layout.coordinates);
         Ok(Gradient { q: q.to_vec(), u: u.to_vec(), parameters: rest, inputs })
     }
-}
-
-fn add(sums: &mut [f64], shares: &[f64]) {
-    sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share);
 }

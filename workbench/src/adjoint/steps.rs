@@ -1,14 +1,16 @@
 //! Steps of integrators with a record of what they went through, and their adjoints.
 //!
-//! The steps are those of [`lamc_runtime`]: the classical Runge-Kutta method ([`Rk4`](lamc_runtime::Rk4)) and semi-implicit
-//! Euler ([`SemiImplicitEuler`](lamc_runtime::SemiImplicitEuler)), each with a projection onto the closure at its end. The
-//! adjoint of a step is that of each of its operations, in the opposite order: exact for the numbers that were computed.
+//! The steps are those of [`lamc_runtime`]: the classical Runge-Kutta method ([`Rk4`](lamc_runtime::Rk4)), semi-implicit
+//! Euler ([`SemiImplicitEuler`](lamc_runtime::SemiImplicitEuler)) and RODASP, each with a projection onto the closure at its
+//! end. The adjoint of a step is that of each of its operations, in the opposite order: exact for the numbers that were
+//! computed.
 
-use lamc::program::FunctionKind;
+use lamc_runtime::constants::{CLOSED, CLOSED_EPSILONS};
 use lamc_runtime::{Error, Mechanism as _, State};
 
-use super::closure::Closure;
+use super::constrained::Constrained;
 use super::differentiated::{Adjoints, At, Differentiated, Undifferentiable};
+use super::implicit::Implicit;
 use super::orientation;
 use super::tape::Tape;
 
@@ -20,6 +22,8 @@ pub enum Method {
     Rk4,
     /// Semi-implicit Euler, of order 1.
     Euler,
+    /// RODASP, of order 4: implicit, for stiff mechanisms.
+    Rodas,
 }
 
 /// Stages of the classical method: the time of each, its weight, and how far its rates lead to the next stage, all in
@@ -32,7 +36,8 @@ pub struct Stepper<'d> {
     differentiated: &'d Differentiated,
     method: Method,
     joints: usize,
-    closure: Closure<'d>,
+    constrained: Constrained<'d>,
+    implicit: Implicit<'d>,
     tape: Tape,
     /// dq/dt and du/dt of a stage, or their adjoints.
     rate: Vec<f64>,
@@ -40,6 +45,8 @@ pub struct Stepper<'d> {
     /// The state of a stage.
     q: Vec<f64>,
     u: Vec<f64>,
+    /// The state at the begin of a step.
+    start: Vec<f64>,
     /// The adjoints of a stage.
     stage: Adjoints,
 }
@@ -53,12 +60,14 @@ impl<'d> Stepper<'d> {
             differentiated,
             method,
             joints: differentiated.system.interface().joints.len(),
-            closure: Closure::new(differentiated),
+            constrained: Constrained::new(differentiated),
+            implicit: Implicit::new(differentiated),
             tape: Tape::default(),
             rate: vec![0.0; nq],
             acceleration: vec![0.0; nu],
             q: vec![0.0; nq],
             u: vec![0.0; nu],
+            start: vec![0.0; layout.state()],
             stage: Adjoints::zeros(layout),
         }
     }
@@ -86,23 +95,36 @@ impl<'d> Stepper<'d> {
         match self.method {
             Method::Rk4 => self.rk4(state, length)?,
             Method::Euler => self.euler(state, length)?,
+            Method::Rodas => self.implicit.step(state, length, &mut self.tape)?,
         }
         state.t += length;
-        self.closure.project(state, &mut self.tape)?;
+        let share = match self.method {
+            Method::Rk4 | Method::Euler => CLOSED.of::<f64>(),
+            Method::Rodas => CLOSED_EPSILONS * f64::EPSILON,
+        };
+        let enough = share * self.differentiated.system.size();
+        self.constrained.project(state, enough, &mut self.tape)?;
         self.check(state)
     }
 
-    /// Goes back over the last step of the record: the adjoints of the state at its end become those of the state at its
-    /// begin. Returns whether there was a step.
-    pub fn pull(&mut self, adjoints: &mut Adjoints) -> bool {
-        let Some((t, length)) = self.tape.last() else { return false };
-        self.closure.pull(t + length, &mut self.tape, adjoints);
-        match self.method {
-            Method::Rk4 => self.pull_rk4(t, length, adjoints),
-            Method::Euler => self.pull_euler(t, length, adjoints),
+    /// Nothing of the record has been gone back over.
+    pub fn rewind(&mut self) {
+        self.tape.rewind();
+    }
+
+    /// Goes back over the last step of the record that was not gone back over: all adjoints of the state at its end become those
+    /// of the state at its begin.
+    pub fn pull(&mut self, all: &mut [Adjoints]) {
+        for adjoints in all {
+            let Some((t, length)) = self.tape.last() else { return };
+            self.constrained.pull_projection(t + length, &mut self.tape, adjoints);
+            match self.method {
+                Method::Rk4 => self.pull_rk4(t, length, adjoints),
+                Method::Euler => self.pull_euler(t, length, adjoints),
+                Method::Rodas => self.implicit.pull(t, length, &mut self.tape, adjoints),
+            }
         }
         self.tape.end();
-        true
     }
 
     fn rk4(
@@ -110,18 +132,18 @@ impl<'d> Stepper<'d> {
         state: &mut State<Vec<f64>, f64>,
         length: f64,
     ) -> Result<(), Undifferentiable> {
-        let Self { differentiated, tape, rate, acceleration, q, u, .. } = self;
-        let begin = tape.len();
+        let Self { differentiated, constrained, tape, rate, acceleration, q, u, start, .. } = self;
         q.copy_from_slice(&state.q);
         u.copy_from_slice(&state.u);
+        start[..q.len()].copy_from_slice(q);
+        start[q.len()..].copy_from_slice(u);
+        let (start_q, start_u) = start.split_at(q.len());
         for [time, weight, next] in RK4 {
             tape.push(q);
             tape.push(u);
             let at = At { t: state.t + time * length, q, u };
-            differentiated.accelerate(at, acceleration)?;
+            constrained.accelerate(at, tape, acceleration)?;
             differentiated.system.write_rates(q, u, rate);
-            let start = tape.from(begin);
-            let (start_q, start_u) = start.split_at(q.len());
             let advance = |stage: &mut [f64], sum: &mut [f64], start: &[f64], rate: &[f64]| {
                 for (((stage, sum), start), rate) in stage.iter_mut().zip(sum).zip(start).zip(rate)
                 {
@@ -138,7 +160,7 @@ impl<'d> Stepper<'d> {
     }
 
     fn pull_rk4(&mut self, t: f64, length: f64, adjoints: &mut Adjoints) {
-        let Self { differentiated, tape, rate, acceleration, q, u, stage, joints, .. } = self;
+        let Self { constrained, tape, rate, acceleration, q, u, stage, joints, .. } = self;
         let (nq, nu) = (q.len(), u.len());
         orientation::normalise(tape.pop(nq), *joints, &mut adjoints.state[..nq]);
         // The adjoints of the end are those of the start, too, before the stages add to them.
@@ -154,13 +176,11 @@ impl<'d> Stepper<'d> {
             };
             share(rate, q, &stage.state[..nq]);
             share(acceleration, u, &stage.state[nq..]);
-            let numbers = tape.pop(nq + nu);
-            let (at_q, at_u) = numbers.split_at(nq);
             stage.state.fill(0.0);
+            constrained.pull_acceleration(t + time * length, tape, acceleration, stage);
+            let (at_q, at_u) = tape.pop(nq + nu).split_at(nq);
             let (of_q, of_u) = stage.state.split_at_mut(nq);
             orientation::rates(at_q, at_u, *joints, rate, of_q, of_u);
-            let at = At { t: t + time * length, q: at_q, u: at_u };
-            differentiated.pull(FunctionKind::Acceleration, at, acceleration, stage);
             add(&mut adjoints.state, &stage.state);
         }
         add(&mut adjoints.rest, &stage.rest);
@@ -171,11 +191,10 @@ impl<'d> Stepper<'d> {
         state: &mut State<Vec<f64>, f64>,
         length: f64,
     ) -> Result<(), Undifferentiable> {
-        let Self { differentiated, tape, acceleration, u: step, .. } = self;
+        let Self { differentiated, constrained, tape, acceleration, u: step, .. } = self;
         let at = At { t: state.t, q: &state.q, u: &state.u };
-        differentiated.accelerate(at, acceleration)?;
+        constrained.accelerate(at, tape, acceleration)?;
         tape.push(&state.q);
-        tape.push(&state.u);
         for ((u, a), step) in state.u.iter_mut().zip(acceleration).zip(&mut *step) {
             *u += length * *a;
             *step = length * *u;
@@ -186,19 +205,16 @@ impl<'d> Stepper<'d> {
     }
 
     fn pull_euler(&mut self, t: f64, length: f64, adjoints: &mut Adjoints) {
-        let Self { differentiated, tape, acceleration, u: of_step, joints, q, .. } = self;
+        let Self { constrained, tape, acceleration, u: of_step, joints, q, .. } = self;
         let (nq, nu) = (q.len(), of_step.len());
-        let numbers = tape.pop(nq + 2 * nu);
-        let (at_q, rest) = numbers.split_at(nq);
-        let (at_u, step) = rest.split_at(nu);
+        let (at_q, step) = tape.pop(nq + nu).split_at(nq);
         let (of_q, of_u) = adjoints.state.split_at_mut(nq);
         orientation::advance(at_q, step, *joints, of_q, of_step);
         for ((of_u, step), a) in of_u.iter_mut().zip(&*of_step).zip(&mut *acceleration) {
             *of_u += length * step;
             *a = length * *of_u;
         }
-        let at = At { t, q: at_q, u: at_u };
-        differentiated.pull(FunctionKind::Acceleration, at, acceleration, adjoints);
+        constrained.pull_acceleration(t, tape, acceleration, adjoints);
     }
 
     /// Stops are not part of a step.

@@ -1,4 +1,4 @@
-//! The record of steps: a stack of numbers.
+//! The record of steps: a stack of numbers that can be gone through again.
 
 /// What steps went through, the last on top.
 #[derive(Clone, Debug, Default)]
@@ -7,6 +7,8 @@ pub struct Tape {
     /// How many of them have not been taken.
     height: usize,
     steps: Vec<Begun>,
+    /// How many of them have not been taken.
+    left: usize,
 }
 
 /// A step that was begun.
@@ -14,8 +16,8 @@ pub struct Tape {
 struct Begun {
     t: f64,
     length: f64,
-    /// Moves of the projection at its end.
-    moves: usize,
+    /// The height of the stack before.
+    height: usize,
 }
 
 impl Tape {
@@ -26,33 +28,40 @@ impl Tape {
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        self.height = 0;
+        *self = Self {
+            numbers: std::mem::take(&mut self.numbers),
+            steps: std::mem::take(&mut self.steps),
+            ..Self::default()
+        };
+        self.numbers.clear();
         self.steps.clear();
+    }
+
+    /// Nothing has been taken.
+    pub fn rewind(&mut self) {
+        (self.height, self.left) = (self.numbers.len(), self.steps.len());
     }
 
     /// Begins a step at a time, of a length, s.
     pub fn begin(&mut self, t: f64, length: f64) {
-        self.steps.push(Begun { t, length, moves: 0 });
+        self.steps.truncate(self.left);
+        self.steps.push(Begun { t, length, height: self.height });
+        self.left += 1;
     }
 
-    /// Time and length of the last step, s.
-    pub fn last(&self) -> Option<(f64, f64)> {
-        self.steps.last().map(|step| (step.t, step.length))
+    /// Time and length of the last step, s, of which nothing has been taken then.
+    pub fn last(&mut self) -> Option<(f64, f64)> {
+        let last = self.steps.get(self.left.checked_sub(1)?)?;
+        self.height = match self.steps.get(self.left) {
+            Some(next) => next.height,
+            None => self.numbers.len(),
+        };
+        Some((last.t, last.length))
     }
 
-    /// Forgets the last step, of which all numbers have been taken.
+    /// The last step is taken.
     pub fn end(&mut self) {
-        self.steps.pop();
-    }
-
-    /// Counts a move of the projection of the last step.
-    pub fn add_move(&mut self) {
-        self.steps.last_mut().into_iter().for_each(|step| step.moves += 1);
-    }
-
-    /// The moves of the projection of the last step.
-    pub fn moves(&self) -> usize {
-        self.steps.last().map_or(0, |step| step.moves)
+        self.left -= 1;
     }
 
     /// Puts numbers on top.
@@ -65,6 +74,17 @@ impl Tape {
     /// The numbers from a place on.
     pub fn from(&self, begin: usize) -> &[f64] {
         &self.numbers[begin..self.height]
+    }
+
+    /// The numbers on top, of which there are at least so many.
+    pub fn top(&self, count: usize) -> &[f64] {
+        self.from(self.height - count)
+    }
+
+    /// Forgets the numbers from a place on.
+    pub fn truncate(&mut self, height: usize) {
+        self.numbers.truncate(height);
+        self.height = height;
     }
 
     /// Takes the numbers on top, of which there are at least so many.

@@ -1,0 +1,244 @@
+//! A step of RODASP ([`Rodas`](lamc_runtime::Rodas)) of given length, and its adjoint.
+//!
+//! With the stages k = (p, v) in q and u, W = 1 / (h gamma) - da/du - h gamma da/dq, and the right-hand sides r and s of a stage,
+//!
+//! ```text
+//! W v = s + h gamma da/dq r,   p = h gamma (r + v)
+//! r' = h gamma (p' + da/dq^T z),   s' = z,   W^T z = v' + h gamma p',   (da/dq)' += z p^T,   (da/du)' += z v^T
+//! ```
+//!
+//! where adjoints have a prime, and p' goes to v' first.
+
+use lamc::program::FunctionKind;
+use lamc_runtime::plumbing::rodasp::{A, C, GAMMA, PLACE, STAGES, TIME};
+use lamc_runtime::{JacobianMut, Mechanism as _, State};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use super::differentiated::{Adjoints, At, Differentiated, Undifferentiable};
+use super::orientation;
+use super::tape::Tape;
+
+/// Takes a step, and goes back.
+pub struct Implicit<'d> {
+    differentiated: &'d Differentiated,
+    joints: usize,
+    nq: usize,
+    nu: usize,
+}
+
+/// The linearisation at the start of a step.
+struct Linear {
+    /// gamma times the step, s.
+    ahead: f64,
+    acceleration: Vec<f64>,
+    by_position: DMatrix<f64>,
+    by_time: Vec<f64>,
+    /// W.
+    factors: LU<f64, Dyn, Dyn>,
+}
+
+impl<'d> Implicit<'d> {
+    /// For a mechanism.
+    pub fn new(differentiated: &'d Differentiated) -> Self {
+        Self {
+            differentiated,
+            joints: differentiated.system.interface().joints.len(),
+            nq: differentiated.layout.coordinates,
+            nu: differentiated.layout.speeds,
+        }
+    }
+
+    fn linear(&self, at: At<'_>, length: f64) -> Result<Linear, Undifferentiable> {
+        let nu = self.nu;
+        let (mut acceleration, mut dt) = (vec![0.0; nu], vec![0.0; nu]);
+        let (mut dq, mut du) = (vec![0.0; nu * nu], vec![0.0; nu * nu]);
+        let out = JacobianMut {
+            acceleration: &mut acceleration,
+            dq: &mut dq,
+            du: &mut du,
+            dt: &mut dt,
+        };
+        let singular = Undifferentiable::Singular { t: at.t };
+        if !self.differentiated.jacobian(at, out)? {
+            return Err(singular);
+        }
+        let ahead = GAMMA * length;
+        let by_position = DMatrix::from_row_slice(nu, nu, &dq);
+        let mut matrix = -DMatrix::from_row_slice(nu, nu, &du) - ahead * &by_position;
+        (0..nu).for_each(|k| matrix[(k, k)] += ahead.recip());
+        let factors = matrix.lu();
+        if !factors.is_invertible() {
+            return Err(singular);
+        }
+        Ok(Linear { ahead, acceleration, by_position, by_time: dt, factors })
+    }
+
+    /// Takes a step of a length, s, without the projection. Records the start and, of each stage, its state and k.
+    ///
+    /// # Errors
+    /// [`Undifferentiable`].
+    pub fn step(
+        &self,
+        state: &mut State<Vec<f64>, f64>,
+        length: f64,
+        tape: &mut Tape,
+    ) -> Result<(), Undifferentiable> {
+        let (nq, nu) = (self.nq, self.nu);
+        let system = &self.differentiated.system;
+        let start = state.clone();
+        let linear = self.linear(At { t: start.t, q: &start.q, u: &start.u }, length)?;
+        let begin = tape.len();
+        tape.push(&start.q);
+        tape.push(&start.u);
+        for stage in 0..STAGES {
+            let before = |earlier: usize| {
+                let numbers = &tape.from(begin)[nq + nu + earlier * (nq + 3 * nu)..];
+                numbers[nq + nu..nq + 3 * nu].split_at(nu)
+            };
+            let (weights, from) = arguments(stage);
+            if from == 0 {
+                state.q.copy_from_slice(&start.q);
+                state.u.copy_from_slice(&start.u);
+            }
+            let mut step = vec![0.0; nu];
+            for (earlier, weight) in weights {
+                let (position, speed) = before(earlier);
+                add(&mut step, weight, position);
+                add(&mut state.u, weight, speed);
+            }
+            system.advance(&mut state.q, &step);
+            let mut right = linear.acceleration.clone();
+            if stage > 0 {
+                let t = start.t + length * PLACE[stage];
+                let at = At { t, q: &state.q, u: &state.u };
+                if !self.differentiated.accelerate(at, &mut right)? {
+                    return Err(Undifferentiable::Singular { t });
+                }
+            }
+            let mut position = state.u.clone();
+            add(&mut right, TIME[stage] * length, &linear.by_time);
+            for (earlier, c) in C[stage].iter().enumerate().take(stage) {
+                let (p, v) = before(earlier);
+                add(&mut position, c / length, p);
+                add(&mut right, c / length, v);
+            }
+            let mut speed = DVector::from_vec(right);
+            speed += linear.ahead * &linear.by_position * DVector::from_column_slice(&position);
+            linear.factors.solve_mut(&mut speed);
+            for (position, speed) in position.iter_mut().zip(&speed) {
+                *position = linear.ahead * (*position + speed);
+            }
+            tape.push(&state.q);
+            tape.push(&state.u);
+            tape.push(&position);
+            tape.push(speed.as_slice());
+        }
+        let last = tape.top(2 * nu);
+        let (position, speed) = last.split_at(nu);
+        add(&mut state.u, 1.0, speed);
+        system.advance(&mut state.q, position);
+        Ok(())
+    }
+
+    /// Goes back over the last step of the record, which began at `t`, s: the adjoints of its end become those of its begin.
+    pub fn pull(&self, t: f64, length: f64, tape: &mut Tape, adjoints: &mut Adjoints) {
+        let (nq, nu) = (self.nq, self.nu);
+        let width = nq + 3 * nu;
+        let numbers = tape.pop(nq + nu + STAGES * width);
+        let (start, stages) = numbers.split_at(nq + nu);
+        let (start_q, start_u) = start.split_at(nq);
+        let at = At { t, q: start_q, u: start_u };
+        let Ok(linear) = self.linear(at, length) else { return adjoints.spoil() };
+        let state = |stage: usize| stages[stage * width..][..nq + nu].split_at(nq);
+        let k = |stage: usize| stages[stage * width + nq + nu..][..2 * nu].split_at(nu);
+        // Adjoints of p and v of each stage.
+        let mut of_k = vec![0.0; STAGES * 2 * nu];
+        let mut of_step = vec![0.0; nu];
+        let last = STAGES - 1;
+        // The end is the state of the last stage, advanced by its k; `adjoints` is that of this state from here on.
+        let (of_q, of_u) = adjoints.state.split_at_mut(nq);
+        orientation::advance(state(last).0, k(last).0, self.joints, of_q, &mut of_step);
+        add(&mut of_k[last * 2 * nu..][..nu], 1.0, &of_step);
+        add(&mut of_k[last * 2 * nu + nu..][..nu], 1.0, of_u);
+        let mut of_matrices = [DMatrix::zeros(nu, nu), DMatrix::zeros(nu, nu)];
+        let mut of_time = vec![0.0; nu];
+        let mut of_start = Adjoints::zeros(self.differentiated.layout);
+        let mut of_first = vec![0.0; nu];
+        for stage in (0..STAGES).rev() {
+            let (p, v) = k(stage);
+            let (before, own) = of_k.split_at_mut(stage * 2 * nu);
+            let (of_p, of_v) = own[..2 * nu].split_at(nu);
+            let mut z = DVector::from_column_slice(of_v);
+            z.axpy(linear.ahead, &DVector::from_column_slice(of_p), 1.0);
+            let Some(z) = linear.transposed_solve(z) else { return adjoints.spoil() };
+            of_matrices[0] += &z * DVector::from_column_slice(p).transpose();
+            of_matrices[1] += &z * DVector::from_column_slice(v).transpose();
+            let mut of_r = linear.by_position.tr_mul(&z);
+            of_r += DVector::from_column_slice(of_p);
+            of_r *= linear.ahead;
+            for (earlier, c) in C[stage].iter().enumerate().take(stage) {
+                let (of_p, of_v) = before[earlier * 2 * nu..][..2 * nu].split_at_mut(nu);
+                add(of_p, c / length, of_r.as_slice());
+                add(of_v, c / length, z.as_slice());
+            }
+            add(&mut of_time, TIME[stage] * length, z.as_slice());
+            add(&mut adjoints.state[nq..], 1.0, of_r.as_slice());
+            let (q, u) = state(stage);
+            if stage > 0 {
+                let at = At { t: t + length * PLACE[stage], q, u };
+                let (kind, z) = (FunctionKind::Acceleration, z.as_slice());
+                self.differentiated.pull(kind, at, z, adjoints);
+            } else {
+                of_first.copy_from_slice(z.as_slice());
+            }
+            // The state of the stage is the start, or for the last stage the state of the stage before, advanced.
+            let (weights, from) = arguments(stage);
+            let from_q = if from == 0 { start_q } else { state(stage - 1).0 };
+            let step = weights.iter().fold(vec![0.0; nu], |mut step, (earlier, weight)| {
+                add(&mut step, *weight, k(*earlier).0);
+                step
+            });
+            let (of_q, of_u) = adjoints.state.split_at_mut(nq);
+            orientation::advance(from_q, &step, self.joints, of_q, &mut of_step);
+            for (earlier, weight) in weights {
+                let (of_p, of_v) = before[earlier * 2 * nu..][..2 * nu].split_at_mut(nu);
+                add(of_p, weight, &of_step);
+                add(of_v, weight, of_u);
+            }
+            if from == 0 {
+                add(&mut of_start.state, 1.0, &adjoints.state);
+                adjoints.state.fill(0.0);
+            }
+        }
+        adjoints.state.copy_from_slice(&of_start.state);
+        let rows = of_matrices.iter().flat_map(|matrix| matrix.transpose().as_slice().to_vec());
+        let weights: Vec<f64> = of_first.into_iter().chain(rows).chain(of_time).collect();
+        self.differentiated.pull(FunctionKind::Jacobian, at, &weights, adjoints);
+    }
+}
+
+impl Linear {
+    /// z of W^T z = x. With P W = L U, W^T = U^T L^T P.
+    fn transposed_solve(&self, mut x: DVector<f64>) -> Option<DVector<f64>> {
+        let (upper, lower) = (self.factors.u(), self.factors.l());
+        let solved = upper.tr_solve_upper_triangular_mut(&mut x)
+            && lower.tr_solve_lower_triangular_mut(&mut x);
+        self.factors.p().inv_permute_rows(&mut x);
+        solved.then_some(x)
+    }
+}
+
+/// The stages on which the state of a stage depends, with their weights, and whether it is advanced from the start (0) or from the
+/// state of the stage before (1).
+fn arguments(stage: usize) -> (Vec<(usize, f64)>, usize) {
+    if stage < STAGES - 1 {
+        (A[stage].iter().copied().enumerate().take(stage).collect(), 0)
+    } else {
+        (vec![(stage - 1, 1.0)], 1)
+    }
+}
+
+/// `sum += weight x`
+fn add(sums: &mut [f64], weight: f64, shares: &[f64]) {
+    sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += weight * share);
+}
