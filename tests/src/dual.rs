@@ -12,9 +12,7 @@ use lamc::program::{FunctionKind, Interface, Op, Program, Slot, Value};
 use lamc_runtime::plumbing::{
     Dimensions, Drive, EquationsMut, Margin, ProjectionMut, workspace_len,
 };
-use lamc_runtime::{
-    Arithmetic, Error, JacobianMut, Mechanism, Scalar, State, StateOf, free_body,
-};
+use lamc_runtime::{Arithmetic, Error, JacobianMut, Mechanism, Scalar, State, StateOf, free_body};
 
 /// A number and its derivative: x + x' e with e^2 = 0.
 #[derive(Clone, Copy, Debug, Default)]

@@ -2,7 +2,9 @@
 
 use lamc::arithmetic::largest;
 use lamc::pipeline::Compiled;
-use lamc_runtime::{Integrator as _, Mechanism as _, Rk4, Rodas, SemiImplicitEuler, State};
+use lamc_runtime::{
+    Integrator as _, Mechanism as _, Rk4, Rodas, SemiImplicitEuler, State, acceleration, project,
+};
 use lamc_tests::compare::keep_largest;
 use lamc_tests::dual::{Dual, DualSystem};
 use lamc_tests::{compile, compile_text, sheets, workspace};
@@ -13,6 +15,9 @@ use nalgebra::{DMatrix, DVector};
 
 /// Steps of the motions.
 const STEPS: usize = 200;
+
+/// Derivatives below this are zero, SI.
+const SMALL: f64 = 1e-6;
 
 /// What a motion may depend on.
 #[derive(Clone, Copy, Debug)]
@@ -53,8 +58,8 @@ impl Case<'_> {
         )
     }
 
-    /// The residuals of the closure with its Jacobian, and of driven joints.
-    fn closure(&self, direction: &Direction) -> (DVector<f64>, DMatrix<f64>, DMatrix<f64>) {
+    /// The change of the residuals of the closure and of driven joints; their Jacobian, and its change.
+    fn closure(&self, direction: &Direction) -> (DVector<f64>, [DMatrix<f64>; 2]) {
         let dual = self.dual(direction);
         let (n, loops) = (self.start.u.len(), self.compiled.program.interface.loops.len());
         let mut residual = vec![Dual::default(); 9 * loops];
@@ -68,14 +73,18 @@ impl Case<'_> {
             jacobian.extend((0..n).map(row));
         });
         let rows = residual.len();
-        let part = |f: fn(&Dual) -> f64| {
-            DMatrix::from_row_iterator(rows, n, jacobian.iter().map(f))
-        };
+        let part =
+            |f: fn(&Dual) -> f64| DMatrix::from_row_iterator(rows, n, jacobian.iter().map(f));
         let residual = DVector::from_iterator(rows, residual.iter().map(|it| it.1));
-        (residual, part(|it| it.0), part(|it| it.1))
+        (residual, [part(|it| it.0), part(|it| it.1)])
     }
 
-    /// The direction nearest to one that keeps loops closed and driven joints where they should be.
+    fn is_driven(&self) -> bool {
+        !self.compiled.program.interface.driven().is_empty()
+    }
+
+    /// The direction of a change, and q as it follows on the nearest way that keeps loops closed and driven joints where they
+    /// should be.
     fn closed(&self, by: By) -> Direction {
         let unit = |length: usize, index: Option<usize>| -> Vec<f64> {
             (0..length).map(|k| f64::from(u8::from(index == Some(k)))).collect()
@@ -94,7 +103,7 @@ impl Case<'_> {
             parameters: unit(np, p),
             inputs: unit(ni, i),
         };
-        let (residual, jacobian, _) = self.closure(&direction);
+        let (residual, [jacobian, _]) = self.closure(&direction);
         if residual.is_empty() {
             return direction;
         }
@@ -102,19 +111,20 @@ impl Case<'_> {
         // Coordinates of free bodies are not in loops here.
         let step = &inverse * residual;
         direction.q.iter_mut().zip(&step).for_each(|(q, step)| *q -= step);
-        let (_, _, change) = self.closure(&direction);
-        let given = DVector::from_column_slice(&direction.u);
-        let speeds = DVector::from_column_slice(&self.start.u);
-        let mut rates = &jacobian * given + change * speeds;
-        let drives = rates.len() - 9 * self.compiled.program.interface.loops.len();
-        let mut row = rates.len() - drives;
-        let dual = self.dual(&direction);
-        dual.drives(Dual(self.start.t, 0.0), |drive| {
-            rates[row] -= dual.size().0 * drive.speed.1;
-            row += 1;
-        });
-        let step = inverse * rates;
-        direction.u.iter_mut().zip(&step).for_each(|(u, step)| *u -= step);
+        if self.is_driven() {
+            // Speeds that are right but for rounding are left as they are, with their derivatives: by hand.
+            let (_, [_, change]) = self.closure(&direction);
+            let speeds = DVector::from_column_slice(&self.start.u);
+            let mut rates = jacobian * DVector::from_column_slice(&direction.u) + change * speeds;
+            let mut row = 9 * self.compiled.program.interface.loops.len();
+            let dual = self.dual(&direction);
+            dual.drives(Dual(self.start.t, 0.0), |drive| {
+                rates[row] -= dual.size().0 * drive.speed.1;
+                row += 1;
+            });
+            let step = inverse * rates;
+            direction.u.iter_mut().zip(&step).for_each(|(u, step)| *u -= step);
+        }
         direction
     }
 
@@ -127,6 +137,9 @@ impl Case<'_> {
             q: lift(&self.start.q, &direction.q),
             u: lift(&self.start.u, &direction.u),
         };
+        if !self.is_driven() {
+            project(&dual, state.t, &mut state.q, &mut state.u, &mut dual.workspace()).unwrap();
+        }
         let length = Dual(duration / STEPS as f64, 0.0);
         let until = Dual(t + duration, 0.0);
         match self.method {
@@ -175,6 +188,9 @@ fn check(name: &str, compiled: &Compiled, method: Method, duration: f64) {
     let mut by_samples = vec![vec![0.0; nq + nu]; times.len() + 1];
     by_samples[times.len()].copy_from_slice(&weights);
     let gradient = &course.pull(&[by_samples]).unwrap()[0];
+    // Without pins, assembly moves a state by the shortest way, as the directions here do.
+    let pinned = vec![false; system.interface().joints.len()];
+    let whole = differentiated.assembled(&start, &pinned, gradient).unwrap();
     let interface = system.interface();
     let directions = (0..nq)
         .map(By::Q)
@@ -193,12 +209,21 @@ fn check(name: &str, compiled: &Compiled, method: Method, duration: f64) {
         }
         let parts: Vec<f64> = end.iter().zip(&weights).map(|(it, weight)| it.1 * weight).collect();
         let expected: f64 = parts.iter().sum();
-        let scale = largest(&parts).max(1e-12);
-        let error = (along(gradient, &direction) - expected).abs() / scale;
-        if error > 1e-9 {
-            println!("{name}: {by:?}: {} is not {expected}", along(gradient, &direction));
+        let scale = largest(&parts).max(SMALL);
+        let entry = match by {
+            By::Q(index) => whole.q[index],
+            By::U(index) => whole.u[index],
+            By::Parameter(index) => whole.parameters[index],
+            By::Input(index) => whole.inputs[index],
+        };
+        let entry = (!case.is_driven()).then_some(entry);
+        for found in [Some(along(gradient, &direction)), entry].into_iter().flatten() {
+            let error = (found - expected).abs() / scale;
+            if error > 1e-9 {
+                println!("{name}: {by:?}: {found} is not {expected}");
+            }
+            worst = keep_largest(worst, error);
         }
-        worst = keep_largest(worst, error);
     }
     println!("{name}, {method:?}: {worst:e}");
     assert!(worst < 1e-9, "{name}: {worst:e}");
@@ -206,7 +231,9 @@ fn check(name: &str, compiled: &Compiled, method: Method, duration: f64) {
 
 #[test]
 fn motions_of_the_examples() {
-    for (name, duration) in [("pendulum", 0.4), ("triple_pendulum", 0.2), ("sixbar", 0.2), ("fourbar", 0.02)] {
+    for (name, duration) in
+        [("pendulum", 0.4), ("triple_pendulum", 0.2), ("sixbar", 0.2), ("fourbar", 0.02)]
+    {
         let compiled = compile(&workspace().join(format!("examples/{name}.yaml")));
         check(name, &compiled, Method::Rk4, duration);
         check(name, &compiled, Method::Euler, duration);
@@ -216,7 +243,9 @@ fn motions_of_the_examples() {
 
 #[test]
 fn sheets_and_free_bodies() {
-    for (name, text) in [("Miura 3x3", sheets::miura(3, 3)), ("Yoshimura 2x3", sheets::yoshimura(2, 3))] {
+    for (name, text) in
+        [("Miura 3x3", sheets::miura(3, 3)), ("Yoshimura 2x3", sheets::yoshimura(2, 3))]
+    {
         check(name, &compile_text(&text), Method::Rk4, 0.02);
     }
     for name in ["crawler", "jumper"] {
@@ -247,3 +276,52 @@ fn driven_joints() {
     check("driven six-bar", &compile_text(&text), Method::Euler, 0.05);
 }
 
+/// Next to the flat state, some 0.01 rad from it, where elimination does not serve. The runtime leaves speeds there that are
+/// right to within what the angles are uncertain by, so that its own derivatives are only good to 1e-7. Instead: a
+/// motion that begins later is the same motion later, and the derivative by a stiffness against differences.
+#[test]
+fn next_to_the_flat_state() {
+    let text = std::fs::read_to_string(workspace().join("examples/fourbar.yaml")).unwrap();
+    let stiffness = "stiffness: 10.0,";
+    assert!(text.contains(stiffness));
+    let text = text.replace(stiffness, "stiffness: k,") + "\nparameters: { k: 10 }\n";
+    let compiled = compile_text(&text);
+    let system = Jit::new(&compiled.program);
+    let mut state = start(&compiled.topology, &system, &Asked::of(&system, &[]), |_| ()).unwrap();
+    Rk4::new(&system).run(&system, &mut state, 0.028, 1e-4, |_| ()).unwrap();
+    let end = state.t + 0.002;
+    let course = |k: f64| {
+        let mut system = system.clone();
+        system.set_parameter("k", k).unwrap();
+        let differentiated = Differentiated::new(&compiled.program, system.clone());
+        let course = Course::new(&differentiated, Method::Rk4, state.clone(), &[end], STEPS);
+        let course = course.unwrap();
+        let n = state.q.len();
+        let weights: Vec<f64> = (0..2 * n).map(|k| (1.0 + 3.0 * k as f64).sin()).collect();
+        let gradient = course.pull(&[vec![vec![0.0; 2 * n], weights.clone()]]).unwrap().remove(0);
+        let sum = |q: &[f64], u: &[f64]| -> f64 {
+            q.iter().chain(u).zip(&weights).map(|(x, weight)| x * weight).sum()
+        };
+        let rate = |state: &State<Vec<f64>, f64>| {
+            let mut rate = vec![0.0; n];
+            let workspace = &mut system.workspace();
+            acceleration(&system, state.t, &state.q, &state.u, workspace, &mut rate).unwrap();
+            rate
+        };
+        let [first, last] = [&course.samples[0], &course.samples[1]];
+        let later = sum(&last.u, &rate(last));
+        let moved =
+            Direction { q: first.u.clone(), u: rate(first), parameters: vec![0.0], inputs: vec![] };
+        (sum(&last.q, &last.u), gradient.parameters[0], later, along(&gradient, &moved))
+    };
+    let (_, by_stiffness, later, moved) = course(10.0);
+    println!("{later} {moved} {by_stiffness}");
+    assert!(later.abs() > 1.0 && by_stiffness.abs() > 1e-6);
+    assert!((later - moved).abs() <= 1e-9 * later.abs(), "{moved} is not {later}");
+    // Large, because the motion is nearly linear in the stiffness, and its numbers have rounding errors of 1e-13.
+    let h = 0.5;
+    let [a, b, c, d] = [-2.0, -1.0, 1.0, 2.0].map(|k| course(10.0 + k * h).0);
+    let expected = (a - 8.0 * b + 8.0 * c - d) / (12.0 * h);
+    let error = (by_stiffness - expected).abs() / expected.abs();
+    assert!(error < 1e-9, "{by_stiffness} is not {expected}");
+}

@@ -122,12 +122,7 @@ impl<'d> Constrained<'d> {
         let at = At { t, q, u };
         match way {
             Way::Direct => {
-                self.differentiated.pull(
-                    FunctionKind::Acceleration,
-                    at,
-                    of_acceleration,
-                    adjoints,
-                );
+                self.differentiated.pull(FunctionKind::Acceleration, at, of_acceleration, adjoints);
             }
             Way::General => self.general.pull_acceleration(at, of_acceleration, adjoints),
             Way::Beside => {

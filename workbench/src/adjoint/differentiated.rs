@@ -137,13 +137,7 @@ impl Differentiated {
     }
 
     /// Adds to `adjoints` those of what a function reads, with given adjoints of its outputs.
-    pub fn pull(
-        &self,
-        kind: FunctionKind,
-        at: At<'_>,
-        outputs: &[f64],
-        adjoints: &mut Adjoints,
-    ) {
+    pub fn pull(&self, kind: FunctionKind, at: At<'_>, outputs: &[f64], adjoints: &mut Adjoints) {
         let Places { state, rest } = &self.places[kind as usize];
         let load = |slot: Slot| match slot {
             Slot::Time => at.t,

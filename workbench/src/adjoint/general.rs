@@ -109,12 +109,7 @@ impl<'d> General<'d> {
     }
 
     /// Adds to the adjoints, with those of du/dt.
-    pub fn pull_acceleration(
-        &self,
-        at: At<'_>,
-        of_acceleration: &[f64],
-        adjoints: &mut Adjoints,
-    ) {
+    pub fn pull_acceleration(&self, at: At<'_>, of_acceleration: &[f64], adjoints: &mut Adjoints) {
         // It was solved on the way forth.
         let Ok((acceleration, lambda, saddle)) = self.solved(at) else {
             return adjoints.spoil();
@@ -283,7 +278,8 @@ impl Closure {
     /// J u less what it should be.
     fn rates(&self, u: &[f64]) -> Vec<f64> {
         let rows = self.jacobian.chunks_exact(u.len().max(1)).zip(&self.prescribed);
-        rows.map(|(row, wanted)| row.iter().zip(u).map(|(j, u)| j * u).sum::<f64>() - wanted).collect()
+        rows.map(|(row, wanted)| row.iter().zip(u).map(|(j, u)| j * u).sum::<f64>() - wanted)
+            .collect()
     }
 
     /// From the adjoint of the step for a residual: adds that of M, and hands those of J and of the residual to `visit`.
@@ -299,9 +295,8 @@ impl Closure {
         let products = m.iter().flat_map(|m| x.iter().map(move |x| m * x));
         of_mass.iter_mut().zip(products).for_each(|(sum, product)| *sum -= product);
         let rows = y.iter().zip(&n);
-        let mut of_rows: Vec<f64> = rows
-            .flat_map(|(y, n)| m.iter().zip(&x).map(move |(m, x)| y * m + n * x))
-            .collect();
+        let mut of_rows: Vec<f64> =
+            rows.flat_map(|(y, n)| m.iter().zip(&x).map(move |(m, x)| y * m + n * x)).collect();
         visit(self, &mut of_rows, &n);
     }
 }

@@ -52,12 +52,8 @@ impl<'d> Implicit<'d> {
         let nu = self.nu;
         let (mut acceleration, mut dt) = (vec![0.0; nu], vec![0.0; nu]);
         let (mut dq, mut du) = (vec![0.0; nu * nu], vec![0.0; nu * nu]);
-        let out = JacobianMut {
-            acceleration: &mut acceleration,
-            dq: &mut dq,
-            du: &mut du,
-            dt: &mut dt,
-        };
+        let out =
+            JacobianMut { acceleration: &mut acceleration, dq: &mut dq, du: &mut du, dt: &mut dt };
         let singular = Undifferentiable::Singular { t: at.t };
         if !self.differentiated.jacobian(at, out)? {
             return Err(singular);

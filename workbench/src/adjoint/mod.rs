@@ -19,6 +19,7 @@ mod motion;
 mod orientation;
 mod reverse;
 mod saddle;
+mod start;
 mod steps;
 mod tape;
 #[cfg(test)]

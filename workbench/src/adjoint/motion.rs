@@ -35,7 +35,7 @@ pub struct Course<'d> {
 pub struct Gradient {
     /// By the initial coordinates, NQ, 1/rad. Those of a quaternion are by its four numbers.
     pub q: Vec<f64>,
-    /// By the initial speeds, NU.
+    /// By the initial speeds before they were projected, NU.
     pub u: Vec<f64>,
     /// By the parameters, in their order, also through the drawing.
     pub parameters: Vec<f64>,
@@ -43,8 +43,23 @@ pub struct Gradient {
     pub inputs: Vec<f64>,
 }
 
+impl Gradient {
+    /// Adds another one.
+    pub(super) fn add(&mut self, other: &Self) {
+        let parts = [
+            (&mut self.q, &other.q),
+            (&mut self.u, &other.u),
+            (&mut self.parameters, &other.parameters),
+            (&mut self.inputs, &other.inputs),
+        ];
+        for (sums, shares) in parts {
+            sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share);
+        }
+    }
+}
+
 impl<'d> Course<'d> {
-    /// Integrates from a state with samples at ascending times, s, and so many equal steps between two of them.
+    /// Integrates from a state whose loops are closed, after its speeds were projected, with samples at ascending times, s, and so many equal steps between two of them.
     ///
     /// # Errors
     /// [`Undifferentiable`].
@@ -80,6 +95,8 @@ impl<'d> Course<'d> {
     fn run(mut self) -> Result<Self, Undifferentiable> {
         let stepper = self.stepper.get_mut();
         let mut state = self.samples[0].clone();
+        stepper.project(&mut state)?;
+        self.samples[0].clone_from(&state);
         let mut marks = self.marks.iter().copied().peekable();
         for (index, time) in self.times.iter().enumerate() {
             if stepper.recorded() > self.most {
@@ -115,6 +132,9 @@ impl<'d> Course<'d> {
             if self.pieces.len() > 1 {
                 stepper.forget();
                 let mut state = state.clone();
+                if *begin == 0 {
+                    stepper.project(&mut state)?;
+                }
                 for time in &self.times[*begin..end] {
                     step(&mut stepper, &mut state, *time)?;
                 }
@@ -128,16 +148,13 @@ impl<'d> Course<'d> {
             end = *begin;
         }
         add(&mut adjoints, 0);
+        stepper.pull(&mut adjoints);
         adjoints.into_iter().map(|adjoints| differentiated.gradient(adjoints)).collect()
     }
 }
 
 /// A step that ends at a time, s.
-fn step(
-    stepper: &mut Stepper<'_>,
-    state: &mut Sample,
-    time: f64,
-) -> Result<(), Undifferentiable> {
+fn step(stepper: &mut Stepper<'_>, state: &mut Sample, time: f64) -> Result<(), Undifferentiable> {
     stepper.step(state, time - state.t)?;
     state.t = time;
     Ok(())
@@ -145,7 +162,7 @@ fn step(
 
 impl Differentiated {
     /// The adjoints as derivatives; those of the drawing as derivatives by the parameters.
-    fn gradient(&self, mut adjoints: Adjoints) -> Result<Gradient, Undifferentiable> {
+    pub(super) fn gradient(&self, mut adjoints: Adjoints) -> Result<Gradient, Undifferentiable> {
         let layout = self.layout;
         let drawing = adjoints.rest.split_off(layout.parameters + layout.inputs);
         adjoints.rest.resize(layout.rest(), 0.0);

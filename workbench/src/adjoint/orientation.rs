@@ -10,13 +10,7 @@ const SMALL: f64 = 1e-3;
 
 /// The adjoints of a step of q, q -> [`advance`](lamc_runtime::free_body::advance): `adjoint` of the new q becomes that of
 /// the old one, and `of_step` is written.
-pub fn advance(
-    q: &[f64],
-    step: &[f64],
-    joints: usize,
-    adjoint: &mut [f64],
-    of_step: &mut [f64],
-) {
+pub fn advance(q: &[f64], step: &[f64], joints: usize, adjoint: &mut [f64], of_step: &mut [f64]) {
     of_step[..joints].copy_from_slice(&adjoint[..joints]);
     for ((q, step), (adjoint, of_step)) in
         bodies(q, step, joints).zip(bodies_mut(adjoint, of_step, joints))
@@ -108,9 +102,7 @@ fn quaternion(turn: [f64; 3]) -> [f64; 4] {
 fn turn_of(turn: [f64; 3], [real, imaginary @ ..]: [f64; 4]) -> [f64; 3] {
     let [slope, half, _] = shares(turn);
     let along = turn.iter().zip(imaginary).map(|(x, share)| x * share).sum::<f64>();
-    std::array::from_fn(|k| {
-        imaginary[k] * half + turn[k] * (along * slope - real * half / 2.0)
-    })
+    std::array::from_fn(|k| imaginary[k] * half + turn[k] * (along * slope - real * half / 2.0))
 }
 
 /// With the angle a: d/da (sin(a/2) / a) / a, then sin(a/2) / a, then cos(a/2).

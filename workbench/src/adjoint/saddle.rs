@@ -35,9 +35,10 @@ impl Saddle {
         let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
         order.sort_by(|a, b| svd.singular_values[*b].total_cmp(&svd.singular_values[*a]));
         order.truncate(rank);
-        let values = DVector::from_iterator(order.len(), order.iter().map(|k| svd.singular_values[*k]));
-        let is_regular = order.len() == rank
-            && (rank == 0 || values[rank - 1] > SINGULAR * values[0]);
+        let values =
+            DVector::from_iterator(order.len(), order.iter().map(|k| svd.singular_values[*k]));
+        let is_regular =
+            order.len() == rank && (rank == 0 || values[rank - 1] > SINGULAR * values[0]);
         is_regular.then(|| Self {
             mass,
             left: left.select_columns(&order),

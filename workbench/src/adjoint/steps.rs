@@ -82,6 +82,16 @@ impl<'d> Stepper<'d> {
         self.tape.clear();
     }
 
+    /// Projects a state onto the closure, and records that as a step of no length.
+    ///
+    /// # Errors
+    /// [`Undifferentiable`].
+    pub fn project(&mut self, state: &mut State<Vec<f64>, f64>) -> Result<(), Undifferentiable> {
+        self.tape.begin(state.t, 0.0);
+        self.close(state)?;
+        self.check(state)
+    }
+
     /// Takes a step of a length, s, and records it.
     ///
     /// # Errors
@@ -98,13 +108,17 @@ impl<'d> Stepper<'d> {
             Method::Rodas => self.implicit.step(state, length, &mut self.tape)?,
         }
         state.t += length;
+        self.close(state)?;
+        self.check(state)
+    }
+
+    fn close(&mut self, state: &mut State<Vec<f64>, f64>) -> Result<(), Undifferentiable> {
         let share = match self.method {
             Method::Rk4 | Method::Euler => CLOSED.of::<f64>(),
             Method::Rodas => CLOSED_EPSILONS * f64::EPSILON,
         };
         let enough = share * self.differentiated.system.size();
-        self.constrained.project(state, enough, &mut self.tape)?;
-        self.check(state)
+        self.constrained.project(state, enough, &mut self.tape)
     }
 
     /// Nothing of the record has been gone back over.
@@ -118,6 +132,10 @@ impl<'d> Stepper<'d> {
         for adjoints in all {
             let Some((t, length)) = self.tape.last() else { return };
             self.constrained.pull_projection(t + length, &mut self.tape, adjoints);
+            // A projection by itself.
+            if length == 0.0 {
+                continue;
+            }
             match self.method {
                 Method::Rk4 => self.pull_rk4(t, length, adjoints),
                 Method::Euler => self.pull_euler(t, length, adjoints),
