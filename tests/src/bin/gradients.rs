@@ -10,7 +10,7 @@ use std::time::Instant;
 use lamc::pipeline::Compiled;
 use lamc_runtime::{Rk4, State};
 use lamc_tests::{compile, compile_text, workspace};
-use lamc_workbench::adjoint::{Course, Differentiated, Method};
+use lamc_workbench::adjoint::{Course, Differentiated, Method, Schedule};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::{Asked, start};
 
@@ -67,6 +67,8 @@ fn row(name: &str, compiled: &Compiled) {
     let duration = 0.02;
     let (nq, nu) = (start.q.len(), start.u.len());
     let weights = [vec![vec![0.0; nq + nu], vec![1.0; nq + nu]]];
+    let samples = [duration];
+    let schedule = Schedule { method: Method::Rk4, samples: &samples, steps: STEPS, inputs: &[] };
     let motion = |state: &State<Vec<f64>, f64>| {
         let mut state = state.clone();
         let mut rk4 = Rk4::new(&system);
@@ -75,7 +77,7 @@ fn row(name: &str, compiled: &Compiled) {
         state
     };
     let gradient = |state: &State<Vec<f64>, f64>| {
-        Course::new(&differentiated, Method::Rk4, state.clone(), &[duration], STEPS)
+        Course::new(&differentiated, state.clone(), schedule)
             .and_then(|course| course.pull(&weights))
             .unwrap_or_else(|error| panic!("{name}: {}", error.describe(system.interface())))
     };

@@ -8,7 +8,7 @@ use lamc_runtime::{
 use lamc_tests::compare::keep_largest;
 use lamc_tests::dual::{Dual, DualSystem};
 use lamc_tests::{compile, compile_text, sheets, workspace};
-use lamc_workbench::adjoint::{Course, Differentiated, Gradient, Method};
+use lamc_workbench::adjoint::{Course, Differentiated, Gradient, Method, Schedule};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::{Asked, start};
 use nalgebra::{DMatrix, DVector};
@@ -169,7 +169,7 @@ fn along(gradient: &Gradient, direction: &Direction) -> f64 {
     dot(&gradient.q, &direction.q)
         + dot(&gradient.u, &direction.u)
         + dot(&gradient.parameters, &direction.parameters)
-        + dot(&gradient.inputs, &direction.inputs)
+        + gradient.inputs.iter().map(|row| dot(row, &direction.inputs)).sum::<f64>()
 }
 
 /// Compares the derivatives of a weighted sum of the last state, each relative to itself.
@@ -180,7 +180,8 @@ fn check(name: &str, compiled: &Compiled, method: Method, duration: f64) {
     let start = start(&compiled.topology, &system, &Asked::of(&system, &[]), |_| ()).unwrap();
     let differentiated = Differentiated::new(&compiled.program, system.clone());
     let times: Vec<f64> = (1..=4).map(|part| duration * f64::from(part) / 4.0).collect();
-    let course = Course::new(&differentiated, method, start.clone(), &times, STEPS / 4);
+    let schedule = Schedule { method, samples: &times, steps: STEPS / 4, inputs: &[] };
+    let course = Course::new(&differentiated, start.clone(), schedule);
     let course =
         course.unwrap_or_else(|error| panic!("{name}: {}", error.describe(system.interface())));
     let (nq, nu) = (start.q.len(), start.u.len());
@@ -214,7 +215,7 @@ fn check(name: &str, compiled: &Compiled, method: Method, duration: f64) {
             By::Q(index) => whole.q[index],
             By::U(index) => whole.u[index],
             By::Parameter(index) => whole.parameters[index],
-            By::Input(index) => whole.inputs[index],
+            By::Input(index) => whole.inputs.iter().map(|row| row[index]).sum(),
         };
         let entry = (!case.is_driven()).then_some(entry);
         for found in [Some(along(gradient, &direction)), entry].into_iter().flatten() {
@@ -294,7 +295,8 @@ fn next_to_the_flat_state() {
         let mut system = system.clone();
         system.set_parameter("k", k).unwrap();
         let differentiated = Differentiated::new(&compiled.program, system.clone());
-        let course = Course::new(&differentiated, Method::Rk4, state.clone(), &[end], STEPS);
+        let schedule = Schedule { method: Method::Rk4, samples: &[end], steps: STEPS, inputs: &[] };
+        let course = Course::new(&differentiated, state.clone(), schedule);
         let course = course.unwrap();
         let n = state.q.len();
         let weights: Vec<f64> = (0..2 * n).map(|k| (1.0 + 3.0 * k as f64).sin()).collect();

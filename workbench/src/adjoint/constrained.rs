@@ -44,12 +44,11 @@ impl Way {
 }
 
 /// Computes accelerations and projections, and goes back.
-pub struct Constrained<'d> {
-    differentiated: &'d Differentiated,
+pub struct Constrained {
     joints: usize,
     /// Whether elimination is not tried.
     is_driven: bool,
-    general: General<'d>,
+    general: General,
     residual: Vec<f64>,
     positions: Vec<f64>,
     speeds: Vec<f64>,
@@ -57,13 +56,12 @@ pub struct Constrained<'d> {
     weights: Vec<f64>,
 }
 
-impl<'d> Constrained<'d> {
+impl Constrained {
     /// With storage.
-    pub fn new(differentiated: &'d Differentiated) -> Self {
+    pub fn new(differentiated: &Differentiated) -> Self {
         let interface = differentiated.system.interface();
         let (rows, nu) = (9 * interface.loops.len(), interface.speeds());
         Self {
-            differentiated,
             joints: interface.joints.len(),
             is_driven: !interface.driven().is_empty(),
             general: General::new(differentiated),
@@ -80,18 +78,19 @@ impl<'d> Constrained<'d> {
     /// [`Undifferentiable`].
     pub fn accelerate(
         &mut self,
+        on: &Differentiated,
         at: At<'_>,
         tape: &mut Tape,
         out: &mut [f64],
     ) -> Result<(), Undifferentiable> {
         let At { t, q, u } = at;
-        if !self.is_driven && self.differentiated.accelerate(at, out)? {
+        if !self.is_driven && on.accelerate(at, out)? {
             tape.push(q);
             tape.push(u);
             Way::Direct.record(tape);
             return Ok(());
         }
-        let is_weak = self.general.accelerate(at, out)?;
+        let is_weak = self.general.accelerate(on, at, out)?;
         if !is_weak {
             tape.push(q);
             tape.push(u);
@@ -100,8 +99,8 @@ impl<'d> Constrained<'d> {
         }
         // As the integrators of the runtime do: where a constraint is weak, an open loop would make a large error.
         let mut beside = State { t, q: q.to_vec(), u: u.to_vec() };
-        self.general.project(&mut beside, tape)?;
-        self.general.accelerate(At { t, q: &beside.q, u: &beside.u }, out)?;
+        self.general.project(on, &mut beside, tape)?;
+        self.general.accelerate(on, At { t, q: &beside.q, u: &beside.u }, out)?;
         tape.push(&beside.q);
         tape.push(&beside.u);
         Way::Beside.record(tape);
@@ -111,24 +110,25 @@ impl<'d> Constrained<'d> {
     /// Goes back over the last acceleration of the record: adds to the adjoints, with those of du/dt at the time `t`, s.
     pub fn pull_acceleration(
         &mut self,
+        on: &Differentiated,
         t: f64,
         tape: &mut Tape,
         of_acceleration: &[f64],
         adjoints: &mut Adjoints,
     ) {
-        let layout = self.differentiated.layout;
+        let layout = on.layout;
         let way = Way::take(tape);
         let (q, u) = tape.pop(layout.state()).split_at(layout.coordinates);
         let at = At { t, q, u };
         match way {
             Way::Direct => {
-                self.differentiated.pull(FunctionKind::Acceleration, at, of_acceleration, adjoints);
+                on.pull(FunctionKind::Acceleration, at, of_acceleration, adjoints);
             }
-            Way::General => self.general.pull_acceleration(at, of_acceleration, adjoints),
+            Way::General => self.general.pull_acceleration(on, at, of_acceleration, adjoints),
             Way::Beside => {
                 let mut beside = Adjoints::zeros(layout);
-                self.general.pull_acceleration(at, of_acceleration, &mut beside);
-                self.general.pull_projection(t, tape, &mut beside);
+                self.general.pull_acceleration(on, at, of_acceleration, &mut beside);
+                self.general.pull_projection(on, t, tape, &mut beside);
                 adjoints.add(&beside);
             }
         }
@@ -140,6 +140,7 @@ impl<'d> Constrained<'d> {
     /// [`Undifferentiable`].
     pub fn project(
         &mut self,
+        on: &Differentiated,
         state: &mut State<Vec<f64>, f64>,
         enough: f64,
         tape: &mut Tape,
@@ -149,17 +150,17 @@ impl<'d> Constrained<'d> {
         }
         let begin = tape.len();
         if !self.is_driven {
-            if let Some(moves) = self.project_directly(state, enough, tape)? {
+            if let Some(moves) = self.project_directly(on, state, enough, tape)? {
                 tape.push(&[moves as f64]);
                 Way::Direct.record(tape);
                 return Ok(());
             }
             // u and then q were recorded first.
             let q = tape.from(begin + state.u.len());
-            state.q.copy_from_slice(&q[..self.differentiated.layout.coordinates]);
+            state.q.copy_from_slice(&q[..on.layout.coordinates]);
             tape.truncate(begin);
         }
-        self.general.project(state, tape)?;
+        self.general.project(on, state, tape)?;
         Way::General.record(tape);
         Ok(())
     }
@@ -167,12 +168,13 @@ impl<'d> Constrained<'d> {
     /// The moves of q; `None` where elimination does not hold.
     fn project_directly(
         &mut self,
+        on: &Differentiated,
         state: &mut State<Vec<f64>, f64>,
         enough: f64,
         tape: &mut Tape,
     ) -> Result<Option<usize>, Undifferentiable> {
-        let Self { differentiated, residual, positions, speeds, .. } = self;
-        let system = &differentiated.system;
+        let Self { residual, positions, speeds, .. } = self;
+        let system = &on.system;
         tape.push(&state.u);
         tape.push(&state.q);
         let size = system.size();
@@ -180,7 +182,7 @@ impl<'d> Constrained<'d> {
         let mut before = f64::INFINITY;
         for moves in 0..PROJECTION_STEPS {
             let at = At { t: state.t, q: &state.q, u: &state.u };
-            if !differentiated.project(at, ProjectionMut { residual, positions, speeds })? {
+            if !on.project(at, ProjectionMut { residual, positions, speeds })? {
                 return Ok(None);
             }
             // Written so that NaN is not closed, and no progress.
@@ -208,16 +210,22 @@ impl<'d> Constrained<'d> {
 
     /// Goes back over the last projection of the record, at the time `t`, s: the adjoints of what it led to become those of
     /// the state before.
-    pub fn pull_projection(&mut self, t: f64, tape: &mut Tape, adjoints: &mut Adjoints) {
+    pub fn pull_projection(
+        &mut self,
+        on: &Differentiated,
+        t: f64,
+        tape: &mut Tape,
+        adjoints: &mut Adjoints,
+    ) {
         if self.residual.is_empty() && !self.is_driven {
             return;
         }
         if Way::take(tape) != Way::Direct {
-            return self.general.pull_projection(t, tape, adjoints);
+            return self.general.pull_projection(on, t, tape, adjoints);
         }
         let moves = tape.pop(1)[0] as usize;
-        let Self { differentiated, positions, weights, residual, joints, .. } = self;
-        let layout = differentiated.layout;
+        let Self { positions, weights, residual, joints, .. } = self;
+        let layout = on.layout;
         let (nq, nu) = (layout.coordinates, layout.speeds);
         let numbers = tape.pop(nu + nq + moves * (nu + nq));
         let u = &numbers[..nu];
@@ -228,7 +236,7 @@ impl<'d> Constrained<'d> {
         let changes = weights[of_speeds..].iter_mut().zip(&adjoints.state[nq..]);
         changes.for_each(|(weight, adjoint)| *weight = -adjoint);
         let at = At { t, q: q(moves), u };
-        differentiated.pull(FunctionKind::Projection, at, weights, adjoints);
+        on.pull(FunctionKind::Projection, at, weights, adjoints);
         weights.fill(0.0);
         for index in (0..moves).rev() {
             let of_q = &mut adjoints.state[..nq];
@@ -236,7 +244,7 @@ impl<'d> Constrained<'d> {
             let steps = weights[of_positions..of_speeds].iter_mut().zip(&*positions);
             steps.for_each(|(weight, adjoint)| *weight = -adjoint);
             let at = At { t, q: q(index), u };
-            differentiated.pull(FunctionKind::Projection, at, weights, adjoints);
+            on.pull(FunctionKind::Projection, at, weights, adjoints);
         }
     }
 }

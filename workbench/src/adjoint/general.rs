@@ -20,8 +20,7 @@ use super::tape::Tape;
 const SAME: f64 = 1e-6;
 
 /// Computes accelerations and projections, and goes back.
-pub struct General<'d> {
-    differentiated: &'d Differentiated,
+pub struct General {
     joints: usize,
     /// The driven joints.
     driven: Vec<usize>,
@@ -41,12 +40,11 @@ struct Equations {
     gamma: Vec<f64>,
 }
 
-impl<'d> General<'d> {
+impl General {
     /// With storage.
-    pub fn new(differentiated: &'d Differentiated) -> Self {
+    pub fn new(differentiated: &Differentiated) -> Self {
         let interface = differentiated.system.interface();
         Self {
-            differentiated,
             joints: interface.joints.len(),
             driven: interface.driven().iter().map(|joint| joint.index()).collect(),
             rows: interface.rows,
@@ -60,12 +58,17 @@ impl<'d> General<'d> {
     ///
     /// # Errors
     /// [`Undifferentiable`].
-    pub fn accelerate(&mut self, at: At<'_>, out: &mut [f64]) -> Result<bool, Undifferentiable> {
+    pub fn accelerate(
+        &mut self,
+        on: &Differentiated,
+        at: At<'_>,
+        out: &mut [f64],
+    ) -> Result<bool, Undifferentiable> {
         let At { t, q, u } = at;
-        let system = &self.differentiated.system;
+        let system = &on.system;
         let found = acceleration_in_motion(system, t, q, u, &mut self.workspace, out)
             .map_err(|error| Undifferentiable::Motion { t, error })?;
-        let (own, _, _) = self.solved(at)?;
+        let (own, _, _) = self.solved(on, at)?;
         let scale = own.iter().map(|x| x.abs()).fold(f64::MIN_POSITIVE, larger);
         if !own.iter().zip(&*out).all(|(own, found)| (own - found).abs() <= SAME * scale) {
             return Err(Undifferentiable::Singular { t });
@@ -74,8 +77,12 @@ impl<'d> General<'d> {
     }
 
     /// du/dt and lambda, with the system that they solve.
-    fn solved(&self, at: At<'_>) -> Result<(Vec<f64>, Vec<f64>, Saddle), Undifferentiable> {
-        let equations = self.equations(at)?;
+    fn solved(
+        &self,
+        on: &Differentiated,
+        at: At<'_>,
+    ) -> Result<(Vec<f64>, Vec<f64>, Saddle), Undifferentiable> {
+        let equations = self.equations(on, at)?;
         let nu = at.u.len();
         let rank = self.rank + self.driven.len();
         let saddle = Saddle::new(&equations.mass, &equations.jacobian, nu, rank);
@@ -85,10 +92,10 @@ impl<'d> General<'d> {
         Ok((acceleration, lambda, saddle))
     }
 
-    fn equations(&self, at: At<'_>) -> Result<Equations, Undifferentiable> {
+    fn equations(&self, on: &Differentiated, at: At<'_>) -> Result<Equations, Undifferentiable> {
         let At { t, q, u } = at;
         let (nu, rows) = (u.len(), self.rows);
-        let system = &self.differentiated.system;
+        let system = &on.system;
         let mut equations = Equations {
             mass: vec![0.0; nu * nu],
             forcing: vec![0.0; nu],
@@ -109,9 +116,15 @@ impl<'d> General<'d> {
     }
 
     /// Adds to the adjoints, with those of du/dt.
-    pub fn pull_acceleration(&self, at: At<'_>, of_acceleration: &[f64], adjoints: &mut Adjoints) {
+    pub fn pull_acceleration(
+        &self,
+        on: &Differentiated,
+        at: At<'_>,
+        of_acceleration: &[f64],
+        adjoints: &mut Adjoints,
+    ) {
         // It was solved on the way forth.
-        let Ok((acceleration, lambda, saddle)) = self.solved(at) else {
+        let Ok((acceleration, lambda, saddle)) = self.solved(on, at) else {
             return adjoints.spoil();
         };
         let none = vec![0.0; lambda.len()];
@@ -124,11 +137,11 @@ impl<'d> General<'d> {
             m.iter().zip(&acceleration).map(move |(m, a)| lambda * m + n * a)
         }));
         weights.extend(rows().map(|(_, n)| n));
-        self.differentiated.pull(FunctionKind::Equations, at, &weights, adjoints);
-        let size = self.differentiated.system.size();
+        on.pull(FunctionKind::Equations, at, &weights, adjoints);
+        let size = on.system.size();
         let of_drive = |n: &f64| [0.0, 0.0, -size * n, 0.0];
         let weights: Vec<f64> = n[self.rows..].iter().flat_map(of_drive).collect();
-        self.differentiated.pull(FunctionKind::Drives, at, &weights, adjoints);
+        on.pull(FunctionKind::Drives, at, &weights, adjoints);
     }
 
     /// Projects a state. Records u and q before, each move of q with what it leads to, and how many there are.
@@ -137,19 +150,20 @@ impl<'d> General<'d> {
     /// [`Undifferentiable`].
     pub fn project(
         &mut self,
+        on: &Differentiated,
         state: &mut State<Vec<f64>, f64>,
         tape: &mut Tape,
     ) -> Result<(), Undifferentiable> {
         tape.push(&state.u);
         tape.push(&state.q);
         let t = state.t;
-        let size = self.differentiated.system.size();
+        let size = on.system.size();
         let rounding = CLOSED_EPSILONS * f64::EPSILON * size;
-        let mass = self.equations(At { t, q: &state.q, u: &state.u })?.mass;
+        let mass = self.equations(on, At { t, q: &state.q, u: &state.u })?.mass;
         let mut before = f64::INFINITY;
         let mut moves = 0;
         let closure = loop {
-            let closure = self.closure(t, &mass, &state.q)?;
+            let closure = self.closure(on, t, &mass, &state.q)?;
             let open = largest(&closure.residual);
             // Written so that NaN is no progress.
             let is_last = !(2.0 * open < before) || moves == PROJECTION_STEPS;
@@ -161,7 +175,7 @@ impl<'d> General<'d> {
             }
             before = open;
             let step = closure.step(&closure.residual).0;
-            self.differentiated.system.advance(&mut state.q, &step);
+            on.system.advance(&mut state.q, &step);
             tape.push(&step);
             tape.push(&state.q);
             moves += 1;
@@ -173,8 +187,14 @@ impl<'d> General<'d> {
     }
 
     /// Goes back over the last projection of the record, at the time `t`, s.
-    pub fn pull_projection(&self, t: f64, tape: &mut Tape, adjoints: &mut Adjoints) {
-        let layout = self.differentiated.layout;
+    pub fn pull_projection(
+        &self,
+        on: &Differentiated,
+        t: f64,
+        tape: &mut Tape,
+        adjoints: &mut Adjoints,
+    ) {
+        let layout = on.layout;
         let (nq, nu) = (layout.coordinates, layout.speeds);
         let moves = tape.pop(1)[0] as usize;
         let numbers = tape.pop(nu + nq + moves * (nu + nq));
@@ -182,10 +202,10 @@ impl<'d> General<'d> {
         let q = |index: usize| &numbers[nu + index * (nu + nq)..][..nq];
         let step = |index: usize| &numbers[(index + 1) * (nu + nq)..][..nu];
         let begin = At { t, q: q(0), u };
-        let Ok(Equations { mass, .. }) = self.equations(begin) else { return adjoints.spoil() };
+        let Ok(Equations { mass, .. }) = self.equations(on, begin) else { return adjoints.spoil() };
         // The mass matrix belongs to q before the moves, which has no adjoint yet.
         let mut of_mass = vec![0.0; nu * nu];
-        let Ok(closure) = self.closure(t, &mass, q(moves)) else { return adjoints.spoil() };
+        let Ok(closure) = self.closure(on, t, &mass, q(moves)) else { return adjoints.spoil() };
         let of_change = adjoints.state[nq..].to_vec();
         let rates = closure.rates(u);
         closure.pull(&rates, &of_change, &mut of_mass, |closure, of_rows, of_residual| {
@@ -198,25 +218,33 @@ impl<'d> General<'d> {
                 speeds.for_each(|(sum, entry)| *sum += share * entry);
             }
             let none = vec![0.0; of_residual.len()];
-            self.pull_closure(At { t, q: q(moves), u }, of_rows, &none, of_residual, adjoints);
+            self.pull_closure(on, At { t, q: q(moves), u }, of_rows, &none, of_residual, adjoints);
         });
         for index in (0..moves).rev() {
-            let Ok(closure) = self.closure(t, &mass, q(index)) else { return adjoints.spoil() };
+            let Ok(closure) = self.closure(on, t, &mass, q(index)) else { return adjoints.spoil() };
             let mut of_step = vec![0.0; nu];
             let of_q = &mut adjoints.state[..nq];
             orientation::advance(q(index), step(index), self.joints, of_q, &mut of_step);
             let residual = &closure.residual;
             closure.pull(residual, &of_step, &mut of_mass, |_, of_rows, of_residual| {
                 let none = vec![0.0; of_residual.len()];
-                self.pull_closure(At { t, q: q(index), u }, of_rows, of_residual, &none, adjoints);
+                self.pull_closure(
+                    on,
+                    At { t, q: q(index), u },
+                    of_rows,
+                    of_residual,
+                    &none,
+                    adjoints,
+                );
             });
         }
-        self.differentiated.pull(FunctionKind::Equations, begin, &of_mass, adjoints);
+        on.pull(FunctionKind::Equations, begin, &of_mass, adjoints);
     }
 
     /// Adds to the adjoints, with those of the rows of the closure, of the residuals, and of the rates.
     fn pull_closure(
         &self,
+        on: &Differentiated,
         at: At<'_>,
         of_rows: &[f64],
         of_residual: &[f64],
@@ -225,21 +253,27 @@ impl<'d> General<'d> {
     ) {
         let (rows, nu) = (9 * self.loops, at.u.len());
         let weights = [&of_residual[..rows], &of_rows[..rows * nu]].concat();
-        self.differentiated.pull(FunctionKind::Closure, at, &weights, adjoints);
+        on.pull(FunctionKind::Closure, at, &weights, adjoints);
         // r = size (q - s(t))
-        let size = self.differentiated.system.size();
+        let size = on.system.size();
         let driven = self.driven.iter().zip(&of_residual[rows..]);
         driven.clone().for_each(|(joint, share)| adjoints.state[*joint] += size * share);
         let of_drives = of_residual[rows..].iter().zip(&of_rates[rows..]);
         let weights: Vec<f64> =
             of_drives.flat_map(|(angle, rate)| [-size * angle, -size * rate, 0.0, 0.0]).collect();
-        self.differentiated.pull(FunctionKind::Drives, at, &weights, adjoints);
+        on.pull(FunctionKind::Drives, at, &weights, adjoints);
     }
 
     /// All rows of the closure at q, with a mass matrix as the metric.
-    fn closure(&self, t: f64, mass: &[f64], q: &[f64]) -> Result<Closure, Undifferentiable> {
-        let system = &self.differentiated.system;
-        let (rows, nu) = (9 * self.loops, self.differentiated.layout.speeds);
+    fn closure(
+        &self,
+        on: &Differentiated,
+        t: f64,
+        mass: &[f64],
+        q: &[f64],
+    ) -> Result<Closure, Undifferentiable> {
+        let system = &on.system;
+        let (rows, nu) = (9 * self.loops, on.layout.speeds);
         let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * nu]);
         system
             .write_closure(q, &mut residual, &mut jacobian)

@@ -19,8 +19,7 @@ use super::orientation;
 use super::tape::Tape;
 
 /// Takes a step, and goes back.
-pub struct Implicit<'d> {
-    differentiated: &'d Differentiated,
+pub struct Implicit {
     joints: usize,
     nq: usize,
     nu: usize,
@@ -37,25 +36,29 @@ struct Linear {
     factors: LU<f64, Dyn, Dyn>,
 }
 
-impl<'d> Implicit<'d> {
+impl Implicit {
     /// For a mechanism.
-    pub fn new(differentiated: &'d Differentiated) -> Self {
+    pub fn new(differentiated: &Differentiated) -> Self {
         Self {
-            differentiated,
             joints: differentiated.system.interface().joints.len(),
             nq: differentiated.layout.coordinates,
             nu: differentiated.layout.speeds,
         }
     }
 
-    fn linear(&self, at: At<'_>, length: f64) -> Result<Linear, Undifferentiable> {
+    fn linear(
+        &self,
+        on: &Differentiated,
+        at: At<'_>,
+        length: f64,
+    ) -> Result<Linear, Undifferentiable> {
         let nu = self.nu;
         let (mut acceleration, mut dt) = (vec![0.0; nu], vec![0.0; nu]);
         let (mut dq, mut du) = (vec![0.0; nu * nu], vec![0.0; nu * nu]);
         let out =
             JacobianMut { acceleration: &mut acceleration, dq: &mut dq, du: &mut du, dt: &mut dt };
         let singular = Undifferentiable::Singular { t: at.t };
-        if !self.differentiated.jacobian(at, out)? {
+        if !on.jacobian(at, out)? {
             return Err(singular);
         }
         let ahead = GAMMA * length;
@@ -75,14 +78,15 @@ impl<'d> Implicit<'d> {
     /// [`Undifferentiable`].
     pub fn step(
         &self,
+        on: &Differentiated,
         state: &mut State<Vec<f64>, f64>,
         length: f64,
         tape: &mut Tape,
     ) -> Result<(), Undifferentiable> {
         let (nq, nu) = (self.nq, self.nu);
-        let system = &self.differentiated.system;
+        let system = &on.system;
         let start = state.clone();
-        let linear = self.linear(At { t: start.t, q: &start.q, u: &start.u }, length)?;
+        let linear = self.linear(on, At { t: start.t, q: &start.q, u: &start.u }, length)?;
         let begin = tape.len();
         tape.push(&start.q);
         tape.push(&start.u);
@@ -107,7 +111,7 @@ impl<'d> Implicit<'d> {
             if stage > 0 {
                 let t = start.t + length * PLACE[stage];
                 let at = At { t, q: &state.q, u: &state.u };
-                if !self.differentiated.accelerate(at, &mut right)? {
+                if !on.accelerate(at, &mut right)? {
                     return Err(Undifferentiable::Singular { t });
                 }
             }
@@ -137,14 +141,21 @@ impl<'d> Implicit<'d> {
     }
 
     /// Goes back over the last step of the record, which began at `t`, s: the adjoints of its end become those of its begin.
-    pub fn pull(&self, t: f64, length: f64, tape: &mut Tape, adjoints: &mut Adjoints) {
+    pub fn pull(
+        &self,
+        on: &Differentiated,
+        t: f64,
+        length: f64,
+        tape: &mut Tape,
+        adjoints: &mut Adjoints,
+    ) {
         let (nq, nu) = (self.nq, self.nu);
         let width = nq + 3 * nu;
         let numbers = tape.pop(nq + nu + STAGES * width);
         let (start, stages) = numbers.split_at(nq + nu);
         let (start_q, start_u) = start.split_at(nq);
         let at = At { t, q: start_q, u: start_u };
-        let Ok(linear) = self.linear(at, length) else { return adjoints.spoil() };
+        let Ok(linear) = self.linear(on, at, length) else { return adjoints.spoil() };
         let state = |stage: usize| stages[stage * width..][..nq + nu].split_at(nq);
         let k = |stage: usize| stages[stage * width + nq + nu..][..2 * nu].split_at(nu);
         // Adjoints of p and v of each stage.
@@ -158,7 +169,7 @@ impl<'d> Implicit<'d> {
         add(&mut of_k[last * 2 * nu + nu..][..nu], 1.0, of_u);
         let mut of_matrices = [DMatrix::zeros(nu, nu), DMatrix::zeros(nu, nu)];
         let mut of_time = vec![0.0; nu];
-        let mut of_start = Adjoints::zeros(self.differentiated.layout);
+        let mut of_start = Adjoints::zeros(on.layout);
         let mut of_first = vec![0.0; nu];
         for stage in (0..STAGES).rev() {
             let (p, v) = k(stage);
@@ -183,7 +194,7 @@ impl<'d> Implicit<'d> {
             if stage > 0 {
                 let at = At { t: t + length * PLACE[stage], q, u };
                 let (kind, z) = (FunctionKind::Acceleration, z.as_slice());
-                self.differentiated.pull(kind, at, z, adjoints);
+                on.pull(kind, at, z, adjoints);
             } else {
                 of_first.copy_from_slice(z.as_slice());
             }
@@ -209,7 +220,7 @@ impl<'d> Implicit<'d> {
         adjoints.state.copy_from_slice(&of_start.state);
         let rows = of_matrices.iter().flat_map(|matrix| matrix.transpose().as_slice().to_vec());
         let weights: Vec<f64> = of_first.into_iter().chain(rows).chain(of_time).collect();
-        self.differentiated.pull(FunctionKind::Jacobian, at, &weights, adjoints);
+        on.pull(FunctionKind::Jacobian, at, &weights, adjoints);
     }
 }
 

@@ -14,20 +14,34 @@ const MOST_NUMBERS: usize = 8_000_000;
 /// The state of a motion.
 type Sample = State<Vec<f64>, f64>;
 
+/// What is integrated.
+#[derive(Clone, Copy, Debug)]
+pub struct Schedule<'a> {
+    /// How.
+    pub method: Method,
+    /// The times of the samples after the initial time, ascending, s.
+    pub samples: &'a [f64],
+    /// Equal steps from one sample to the next.
+    pub steps: usize,
+    /// The inputs until each sample, from the one before; those of the mechanism if there are none.
+    pub inputs: &'a [Vec<f64>],
+}
+
 /// A motion at samples, which can be differentiated.
-pub struct Course<'d> {
-    differentiated: &'d Differentiated,
+pub struct Course {
+    differentiated: Differentiated,
     /// With the record of the motion, if it has one piece only.
-    stepper: RefCell<Stepper<'d>>,
-    /// The time of each step's end after the initial time, s.
+    stepper: RefCell<Stepper>,
+    /// The time at each step's end, s.
     times: Vec<f64>,
-    /// The steps after which there is a sample, ascending.
-    marks: Vec<usize>,
+    /// From one sample to the next.
+    steps: usize,
+    /// Until each sample.
+    inputs: Vec<Vec<f64>>,
     /// The states at the samples; the first is the initial state.
     pub samples: Vec<Sample>,
     /// Steps before which the record was forgotten, and the states there, beginning with the first.
     pieces: Vec<(usize, Sample)>,
-    most: usize,
 }
 
 /// The derivatives of a number that depends on a motion.
@@ -39,76 +53,79 @@ pub struct Gradient {
     pub u: Vec<f64>,
     /// By the parameters, in their order, also through the drawing.
     pub parameters: Vec<f64>,
-    /// By the inputs, in their order.
-    pub inputs: Vec<f64>,
+    /// By the inputs until each sample, in their order. Their sum is the derivative by constant inputs.
+    pub inputs: Vec<Vec<f64>>,
 }
 
-impl Gradient {
-    /// Adds another one.
-    pub(super) fn add(&mut self, other: &Self) {
-        let parts = [
-            (&mut self.q, &other.q),
-            (&mut self.u, &other.u),
-            (&mut self.parameters, &other.parameters),
-            (&mut self.inputs, &other.inputs),
-        ];
-        for (sums, shares) in parts {
-            sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share);
-        }
-    }
-}
-
-impl<'d> Course<'d> {
-    /// Integrates from a state whose loops are closed, after its speeds were projected, with samples at ascending times, s, and so many equal steps between two of them.
+impl Course {
+    /// Integrates from a state whose loops are closed, after its speeds were projected.
     ///
     /// # Errors
     /// [`Undifferentiable`].
     pub fn new(
-        differentiated: &'d Differentiated,
-        method: Method,
+        differentiated: &Differentiated,
         start: Sample,
-        samples: &[f64],
-        steps: usize,
+        schedule: Schedule<'_>,
     ) -> Result<Self, Undifferentiable> {
+        let Schedule { method, samples, steps, inputs } = schedule;
         let mut times = Vec::with_capacity(samples.len() * steps);
         let mut begin = start.t;
         for end in samples {
-            for step in 1..steps {
-                times.push(begin + (end - begin) * step as f64 / steps as f64);
-            }
+            times.extend((1..steps).map(|step| {
+                let share = step as f64 / steps as f64;
+                begin + (end - begin) * share
+            }));
             times.push(*end);
             begin = *end;
         }
-        let marks = (1..=samples.len()).map(|index| index * steps).collect();
-        let course = Self {
-            differentiated,
-            stepper: RefCell::new(Stepper::new(differentiated, method)),
+        let held = || differentiated.system.inputs().to_vec();
+        let given = |index: usize| inputs.get(index).cloned().unwrap_or_else(held);
+        let mut course = Self {
+            differentiated: differentiated.clone(),
+            stepper: RefCell::new(Stepper::new(differentiated.clone(), method)),
             times,
-            marks,
-            samples: vec![start.clone()],
+            steps,
+            inputs: (0..samples.len()).map(given).collect(),
+            samples: Vec::with_capacity(samples.len() + 1),
             pieces: vec![(0, start)],
-            most: MOST_NUMBERS,
         };
-        course.run()
+        course.run(MOST_NUMBERS)?;
+        Ok(course)
     }
 
-    fn run(mut self) -> Result<Self, Undifferentiable> {
-        let stepper = self.stepper.get_mut();
-        let mut state = self.samples[0].clone();
+    /// Runs, and begins a new piece when the record has `most` numbers.
+    pub(super) fn run(&mut self, most: usize) -> Result<(), Undifferentiable> {
+        self.pieces.truncate(1);
+        self.samples.clear();
+        let mut state = self.pieces[0].1.clone();
+        let mut stepper = self.stepper.borrow_mut();
+        stepper.forget();
         stepper.project(&mut state)?;
-        self.samples[0].clone_from(&state);
-        let mut marks = self.marks.iter().copied().peekable();
-        for (index, time) in self.times.iter().enumerate() {
-            if stepper.recorded() > self.most {
+        self.samples.push(state.clone());
+        for index in 0..self.times.len() {
+            if stepper.recorded() > most {
                 stepper.forget();
                 self.pieces.push((index, state.clone()));
             }
-            step(stepper, &mut state, *time)?;
-            if marks.next_if_eq(&(index + 1)).is_some() {
+            self.step(&mut stepper, &mut state, index)?;
+            if (index + 1) % self.steps == 0 {
                 self.samples.push(state.clone());
             }
         }
-        Ok(self)
+        Ok(())
+    }
+
+    /// Takes a step.
+    fn step(
+        &self,
+        stepper: &mut Stepper,
+        state: &mut Sample,
+        index: usize,
+    ) -> Result<(), Undifferentiable> {
+        stepper.set_inputs(&self.inputs[index / self.steps]);
+        stepper.step(state, self.times[index] - state.t)?;
+        state.t = self.times[index];
+        Ok(())
     }
 
     /// The derivatives of some numbers, from those of each number by q and by u at each sample: NQ and then NU entries.
@@ -116,18 +133,23 @@ impl<'d> Course<'d> {
     /// # Errors
     /// [`Undifferentiable::NotFinite`].
     pub fn pull(&self, numbers: &[Vec<Vec<f64>>]) -> Result<Vec<Gradient>, Undifferentiable> {
-        let differentiated = self.differentiated;
-        let mut adjoints = vec![Adjoints::zeros(differentiated.layout); numbers.len()];
-        let add = |adjoints: &mut [Adjoints], sample: usize| {
-            for (adjoints, by_samples) in adjoints.iter_mut().zip(numbers) {
-                let sums = adjoints.state.iter_mut().zip(&by_samples[sample]);
+        let layout = self.differentiated.layout;
+        let mut pulled: Vec<Pulled> = numbers
+            .iter()
+            .map(|_| Pulled {
+                adjoints: Adjoints::zeros(layout),
+                inputs: vec![Vec::new(); self.inputs.len()],
+            })
+            .collect();
+        let add = |pulled: &mut [Pulled], sample: usize| {
+            for (pulled, by_samples) in pulled.iter_mut().zip(numbers) {
+                let sums = pulled.adjoints.state.iter_mut().zip(&by_samples[sample]);
                 sums.for_each(|(sum, share)| *sum += share);
             }
         };
         let mut stepper = self.stepper.borrow_mut();
         stepper.rewind();
         let mut end = self.times.len();
-        let mut samples = self.marks.iter().enumerate().rev().peekable();
         for (begin, state) in self.pieces.iter().rev() {
             if self.pieces.len() > 1 {
                 stepper.forget();
@@ -135,33 +157,48 @@ impl<'d> Course<'d> {
                 if *begin == 0 {
                     stepper.project(&mut state)?;
                 }
-                for time in &self.times[*begin..end] {
-                    step(&mut stepper, &mut state, *time)?;
-                }
+                (*begin..end).try_for_each(|index| self.step(&mut stepper, &mut state, index))?;
             }
             for index in (*begin..end).rev() {
-                if let Some((sample, _)) = samples.next_if(|(_, mark)| **mark == index + 1) {
-                    add(&mut adjoints, sample + 1);
+                let interval = index / self.steps;
+                if (index + 1) % self.steps == 0 {
+                    add(&mut pulled, interval + 1);
+                    stepper.set_inputs(&self.inputs[interval]);
                 }
-                stepper.pull(&mut adjoints);
+                stepper.pull(pulled.iter_mut().map(|pulled| &mut pulled.adjoints));
+                if index % self.steps == 0 {
+                    for Pulled { adjoints, inputs } in &mut pulled {
+                        let own = &mut adjoints.rest[layout.parameters..][..layout.inputs];
+                        inputs[interval] = own.to_vec();
+                        own.fill(0.0);
+                    }
+                }
             }
             end = *begin;
         }
-        add(&mut adjoints, 0);
-        stepper.pull(&mut adjoints);
-        adjoints.into_iter().map(|adjoints| differentiated.gradient(adjoints)).collect()
+        add(&mut pulled, 0);
+        stepper.pull(pulled.iter_mut().map(|pulled| &mut pulled.adjoints));
+        let gradient = |Pulled { adjoints, inputs }| {
+            let mut gradient = self.differentiated.gradient(adjoints)?;
+            gradient.inputs = inputs;
+            match gradient.inputs.iter().flatten().all(|x| x.is_finite()) {
+                true => Ok(gradient),
+                false => Err(Undifferentiable::NotFinite),
+            }
+        };
+        pulled.into_iter().map(gradient).collect()
     }
 }
 
-/// A step that ends at a time, s.
-fn step(stepper: &mut Stepper<'_>, state: &mut Sample, time: f64) -> Result<(), Undifferentiable> {
-    stepper.step(state, time - state.t)?;
-    state.t = time;
-    Ok(())
+/// What is known of a number on the way back.
+struct Pulled {
+    adjoints: Adjoints,
+    /// Derivatives by the inputs, until each sample.
+    inputs: Vec<Vec<f64>>,
 }
 
 impl Differentiated {
-    /// The adjoints as derivatives; those of the drawing as derivatives by the parameters.
+    /// The adjoints as derivatives, with one row for the inputs; those of the drawing as derivatives by the parameters.
     pub(super) fn gradient(&self, mut adjoints: Adjoints) -> Result<Gradient, Undifferentiable> {
         let layout = self.layout;
         let drawing = adjoints.rest.split_off(layout.parameters + layout.inputs);
@@ -173,7 +210,7 @@ impl Differentiated {
         }
         let Adjoints { state, mut rest } = adjoints;
         rest.truncate(layout.parameters + layout.inputs);
-        let inputs = rest.split_off(layout.parameters);
+        let inputs = vec![rest.split_off(layout.parameters)];
         let (q, u) = state.split_at(layout.coordinates);
         Ok(Gradient { q: q.to_vec(), u: u.to_vec(), parameters: rest, inputs })
     }

@@ -7,7 +7,7 @@
 //! dq = (1 - J^+ J) dq_asked + J_pinned^+ dq_asked - J^+ dr
 //! ```
 //!
-//! so that of an adjoint q', J^+^T q' is that of the residuals. Angles that neither loops nor pins determine move by the shortest way.
+//! so that of an adjoint q', J^+^T q' is that of the residuals. Prescribed angles may depend on parameters. Angles that neither loops nor pins determine move by the shortest way.
 
 use lamc::program::FunctionKind;
 use lamc_runtime::{Mechanism as _, State};
@@ -68,7 +68,10 @@ impl Differentiated {
         self.pull(FunctionKind::Drives, at, &weights, &mut adjoints);
         // What the functions read of q is not asked for.
         adjoints.state.fill(0.0);
-        all.add(&self.gradient(adjoints)?);
+        let share = self.gradient(adjoints)?;
+        let inputs = all.inputs.iter_mut().flatten().zip(share.inputs.into_iter().flatten());
+        let parameters = all.parameters.iter_mut().zip(share.parameters);
+        parameters.chain(inputs).for_each(|(sum, share)| *sum += share);
         Ok(all)
     }
 }

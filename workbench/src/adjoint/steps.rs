@@ -32,12 +32,12 @@ const RK4: [[f64; 3]; 4] =
     [[0.0, 1.0 / 6.0, 0.5], [0.5, 1.0 / 3.0, 0.5], [0.5, 1.0 / 3.0, 1.0], [1.0, 1.0 / 6.0, 0.0]];
 
 /// Takes steps, records them, and goes back.
-pub struct Stepper<'d> {
-    differentiated: &'d Differentiated,
+pub struct Stepper {
+    differentiated: Differentiated,
     method: Method,
     joints: usize,
-    constrained: Constrained<'d>,
-    implicit: Implicit<'d>,
+    constrained: Constrained,
+    implicit: Implicit,
     tape: Tape,
     /// dq/dt and du/dt of a stage, or their adjoints.
     rate: Vec<f64>,
@@ -51,17 +51,16 @@ pub struct Stepper<'d> {
     stage: Adjoints,
 }
 
-impl<'d> Stepper<'d> {
+impl Stepper {
     /// With an empty record.
-    pub fn new(differentiated: &'d Differentiated, method: Method) -> Self {
+    pub fn new(differentiated: Differentiated, method: Method) -> Self {
         let layout = differentiated.layout;
         let [nq, nu] = [layout.coordinates, layout.speeds];
         Self {
-            differentiated,
             method,
             joints: differentiated.system.interface().joints.len(),
-            constrained: Constrained::new(differentiated),
-            implicit: Implicit::new(differentiated),
+            constrained: Constrained::new(&differentiated),
+            implicit: Implicit::new(&differentiated),
             tape: Tape::default(),
             rate: vec![0.0; nq],
             acceleration: vec![0.0; nu],
@@ -69,6 +68,7 @@ impl<'d> Stepper<'d> {
             u: vec![0.0; nu],
             start: vec![0.0; layout.state()],
             stage: Adjoints::zeros(layout),
+            differentiated,
         }
     }
 
@@ -92,6 +92,11 @@ impl<'d> Stepper<'d> {
         self.check(state)
     }
 
+    /// Sets the inputs of the steps to come, or of those that are gone back over.
+    pub fn set_inputs(&mut self, inputs: &[f64]) {
+        self.differentiated.system.set_inputs(inputs);
+    }
+
     /// Takes a step of a length, s, and records it.
     ///
     /// # Errors
@@ -105,7 +110,9 @@ impl<'d> Stepper<'d> {
         match self.method {
             Method::Rk4 => self.rk4(state, length)?,
             Method::Euler => self.euler(state, length)?,
-            Method::Rodas => self.implicit.step(state, length, &mut self.tape)?,
+            Method::Rodas => {
+                self.implicit.step(&self.differentiated, state, length, &mut self.tape)?
+            }
         }
         state.t += length;
         self.close(state)?;
@@ -118,7 +125,7 @@ impl<'d> Stepper<'d> {
             Method::Rodas => CLOSED_EPSILONS * f64::EPSILON,
         };
         let enough = share * self.differentiated.system.size();
-        self.constrained.project(state, enough, &mut self.tape)
+        self.constrained.project(&self.differentiated, state, enough, &mut self.tape)
     }
 
     /// Nothing of the record has been gone back over.
@@ -128,10 +135,15 @@ impl<'d> Stepper<'d> {
 
     /// Goes back over the last step of the record that was not gone back over: all adjoints of the state at its end become those
     /// of the state at its begin.
-    pub fn pull(&mut self, all: &mut [Adjoints]) {
+    pub fn pull<'a>(&mut self, all: impl Iterator<Item = &'a mut Adjoints>) {
         for adjoints in all {
             let Some((t, length)) = self.tape.last() else { return };
-            self.constrained.pull_projection(t + length, &mut self.tape, adjoints);
+            self.constrained.pull_projection(
+                &self.differentiated,
+                t + length,
+                &mut self.tape,
+                adjoints,
+            );
             // A projection by itself.
             if length == 0.0 {
                 continue;
@@ -139,7 +151,9 @@ impl<'d> Stepper<'d> {
             match self.method {
                 Method::Rk4 => self.pull_rk4(t, length, adjoints),
                 Method::Euler => self.pull_euler(t, length, adjoints),
-                Method::Rodas => self.implicit.pull(t, length, &mut self.tape, adjoints),
+                Method::Rodas => {
+                    self.implicit.pull(&self.differentiated, t, length, &mut self.tape, adjoints)
+                }
             }
         }
         self.tape.end();
@@ -160,7 +174,7 @@ impl<'d> Stepper<'d> {
             tape.push(q);
             tape.push(u);
             let at = At { t: state.t + time * length, q, u };
-            constrained.accelerate(at, tape, acceleration)?;
+            constrained.accelerate(differentiated, at, tape, acceleration)?;
             differentiated.system.write_rates(q, u, rate);
             let advance = |stage: &mut [f64], sum: &mut [f64], start: &[f64], rate: &[f64]| {
                 for (((stage, sum), start), rate) in stage.iter_mut().zip(sum).zip(start).zip(rate)
@@ -178,7 +192,9 @@ impl<'d> Stepper<'d> {
     }
 
     fn pull_rk4(&mut self, t: f64, length: f64, adjoints: &mut Adjoints) {
-        let Self { constrained, tape, rate, acceleration, q, u, stage, joints, .. } = self;
+        let Self {
+            differentiated, constrained, tape, rate, acceleration, q, u, stage, joints, ..
+        } = self;
         let (nq, nu) = (q.len(), u.len());
         orientation::normalise(tape.pop(nq), *joints, &mut adjoints.state[..nq]);
         // The adjoints of the end are those of the start, too, before the stages add to them.
@@ -195,7 +211,13 @@ impl<'d> Stepper<'d> {
             share(rate, q, &stage.state[..nq]);
             share(acceleration, u, &stage.state[nq..]);
             stage.state.fill(0.0);
-            constrained.pull_acceleration(t + time * length, tape, acceleration, stage);
+            constrained.pull_acceleration(
+                differentiated,
+                t + time * length,
+                tape,
+                acceleration,
+                stage,
+            );
             let (at_q, at_u) = tape.pop(nq + nu).split_at(nq);
             let (of_q, of_u) = stage.state.split_at_mut(nq);
             orientation::rates(at_q, at_u, *joints, rate, of_q, of_u);
@@ -211,7 +233,7 @@ impl<'d> Stepper<'d> {
     ) -> Result<(), Undifferentiable> {
         let Self { differentiated, constrained, tape, acceleration, u: step, .. } = self;
         let at = At { t: state.t, q: &state.q, u: &state.u };
-        constrained.accelerate(at, tape, acceleration)?;
+        constrained.accelerate(differentiated, at, tape, acceleration)?;
         tape.push(&state.q);
         for ((u, a), step) in state.u.iter_mut().zip(acceleration).zip(&mut *step) {
             *u += length * *a;
@@ -223,7 +245,8 @@ impl<'d> Stepper<'d> {
     }
 
     fn pull_euler(&mut self, t: f64, length: f64, adjoints: &mut Adjoints) {
-        let Self { constrained, tape, acceleration, u: of_step, joints, q, .. } = self;
+        let Self { differentiated, constrained, tape, acceleration, u: of_step, joints, q, .. } =
+            self;
         let (nq, nu) = (q.len(), of_step.len());
         let (at_q, step) = tape.pop(nq + nu).split_at(nq);
         let (of_q, of_u) = adjoints.state.split_at_mut(nq);
@@ -232,7 +255,7 @@ impl<'d> Stepper<'d> {
             *of_u += length * step;
             *a = length * *of_u;
         }
-        constrained.pull_acceleration(t, tape, acceleration, adjoints);
+        constrained.pull_acceleration(differentiated, t, tape, acceleration, adjoints);
     }
 
     /// Stops are not part of a step.
