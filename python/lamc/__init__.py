@@ -11,6 +11,7 @@ All numbers are in SI units and radians.
 
 from importlib.metadata import version
 
+from ._course import Course, Gradient
 from ._events import Crossings, Event
 from ._lamc import Error
 from ._model import Model, load
@@ -21,12 +22,14 @@ from ._sweep import Sweep, sweep
 __version__ = version("lamc")
 
 __all__ = [
+    "Course",
     "Crossings",
     "Equations",
     "Equilibrium",
     "Error",
     "Event",
     "Fit",
+    "Gradient",
     "Jacobian",
     "Model",
     "Modes",

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _command, _lamc
 from ._arguments import count, names, number, numbers, positive, whole
+from ._course import Course
 from ._events import EventLike, requests
 from ._motion import Motion, SimulationError, frame
 from ._results import Equations, Equilibrium, Fit, Jacobian, Modes
@@ -489,6 +490,66 @@ class Model:
         if failure is not None:
             raise SimulationError(failure, motion)
         return motion
+
+    def course(
+        self,
+        duration: float = 2.0,
+        rate: float = 100.0,
+        *,
+        initial: Mapping[str, float] | None = None,
+        state: tuple[ArrayLike, ArrayLike] | None = None,
+        inputs: Mapping[str, Any] | Array | None = None,
+        method: str = "rk4",
+        steps: int | None = None,
+        tolerance: float = 1e-6,
+    ) -> Course:
+        """Simulates the model with fixed steps, so that numbers of the motion can be differentiated (:meth:`Course.gradient`).
+
+        Args:
+            duration: Seconds.
+            rate: Samples per second.
+            initial: Guesses of initial angles by joint, rad, as for :meth:`assemble`.
+            state: (q, u) at the start instead; the loops are closed from there.
+            inputs: By name a number or an array with a value for each sample; or an array (S, inputs). They are held between samples.
+            method: ``rk4``, ``euler`` (semi-implicit) or ``rodas`` (implicit, for stiff hinges).
+            steps: Equal steps from one sample to the next.
+            tolerance: The error at the samples, rad and rad/s, if ``steps`` is not given: then it is doubled until the motion no
+                longer changes.
+
+        Raises:
+            Error: The motion cannot be differentiated: it comes to a stop of a joint, passes a singular state such as the flat one,
+                or has controllers. Or the model cannot be assembled, or an argument does not fit.
+        """
+        if state is not None and initial is not None:
+            raise _lamc.Error("give either `state` or `initial`")
+        if callable(inputs) or (isinstance(inputs, Mapping) and any(map(callable, inputs.values()))):
+            raise _lamc.Error("inputs of a motion with derivatives are numbers or arrays, not functions")
+        times = self._native.sample_times(positive("duration", duration), positive("rate", rate))
+        held, changing = self._schedule(inputs, len(times))
+        table = np.broadcast_to(held, (len(times), len(held))) if changing is None else changing
+        if state is not None:
+            q, u, found = self._closed(*_pair(state))
+        else:
+            q, u, found = self._closed(initial, None)
+        self._warn(found)
+        pinned = [False] * len(self.joints)
+        if isinstance(initial, Mapping):
+            pinned = [joint in initial for joint in self.joints]
+        elif state is None:
+            pinned = list(self._initial[2])
+        native = self._native.course(
+            {
+                "times": times[1:].tolist(),
+                "q": list(q),
+                "u": list(u),
+                "steps": None if steps is None else whole("steps", steps, 1),
+                "tolerance": positive("tolerance", tolerance),
+                "method": str(method),
+                "inputs": np.ascontiguousarray(table[:-1]),
+                "pinned": pinned,
+            }
+        )
+        return Course(native, self)
 
     def fit(
         self,

@@ -1,6 +1,7 @@
 //! The native half of the Python package `lamc`: compiled models run here. It contains neither the symbolic
 //! engine nor what derives equations; the command `lamc` does that in a process of its own.
 
+mod course;
 mod events;
 mod fit;
 mod interrupt;
@@ -33,6 +34,8 @@ fn error(reason: impl Display) -> PyErr {
 mod _lamc {
     #[pymodule_export]
     use super::Error;
+    #[pymodule_export]
+    use crate::course::Course;
     #[pymodule_export]
     use crate::motion::Motion;
     #[pymodule_export]

@@ -37,6 +37,7 @@ def test_the_code_of_the_guide_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     check_events(names)
     check_plant(names)
     check_environments(names)
+    check_swing_up(names)
 
 
 def check_events(names: dict[str, Any]) -> None:
@@ -47,6 +48,18 @@ def check_events(names: dict[str, Any]) -> None:
     period = 2 * np.pi / np.sqrt(k / inertia - decay**2)
     np.testing.assert_allclose(np.diff(turns.t), period, rtol=1e-6)
     np.testing.assert_allclose(turns.q[:, 0], 0.5 * np.exp(-decay * turns.t), rtol=1e-5)
+
+
+def check_swing_up(names: dict[str, Any]) -> None:
+    """The rod comes to rest where it should, and the work of its torques is the height that it gains and what the damper takes."""
+    torques = names["found"].x
+    course = names["rod"].course(0.5, 100, state=([0.0], [0.0]), inputs=np.append(torques, 0)[:, None], steps=4)
+    assert names["found"].success and abs(course.q[-1, 0] - 2.0) < 0.05 and abs(course.u[-1, 0]) < 1.0
+    given = (torques * np.diff(course.q[:, 0])).sum()
+    kinetic, potential = (names["rod"].energy(course.q[[0, -1]], course.u[[0, -1]])).T
+    stored = kinetic[1] - kinetic[0] + potential[1] - potential[0]
+    taken = 1e-6 * np.trapezoid(course.u[:, 0] ** 2, course.t)
+    np.testing.assert_allclose(given, stored + taken, rtol=1e-2)
 
 
 def check_plant(names: dict[str, Any]) -> None:

@@ -1,10 +1,10 @@
 """Compares lamc with CasADi, MuJoCo and Pinocchio in one run: all results must agree, then all are timed in turns.
 
-    compare.py LAMC PEERS [--quick] [--document] [--contacts]
+    compare.py LAMC PEERS [--quick] [--document] [--contacts] [--gradient]
 
 LAMC is the compiler, PEERS the program that exports models. Results go to target/peers/results.json
 and, as text, to standard output; --document puts them into docs/PERFORMANCE.md and draws its plots.
---quick takes few mechanisms and short batches, --contacts only robots on the ground. Times are processor time of this thread.
+--quick takes few mechanisms and short batches, --contacts only robots on the ground, --gradient only the gradient of a motion. Times are processor time of this thread.
 """
 
 import argparse
@@ -18,6 +18,7 @@ import time
 
 import bound
 import contacts
+import gradient
 import numpy as np
 import peers as p
 import report
@@ -41,10 +42,14 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--document", action="store_true")
     parser.add_argument("--contacts", action="store_true")
+    parser.add_argument("--gradient", action="store_true")
     options = parser.parse_args()
     if platform.machine() != "x86_64":
         sys.exit("the bound and the clock are those of x86-64: nothing is compared here")
     p.WORK.mkdir(parents=True, exist_ok=True)
+    if options.gradient:
+        gradient.compare(options)
+        return
     p.native("build", "-p", "lamc-runtime", "--features", "std")
     profile = "users (release)" if "release" in options.lamc else "development"
     results = {"machine": {**machine(), "profile": profile, "clock": clock()}}

@@ -8,7 +8,7 @@ use lamc_runtime::{
 use lamc_tests::compare::keep_largest;
 use lamc_tests::dual::{Dual, DualSystem};
 use lamc_tests::{compile, compile_text, sheets, workspace};
-use lamc_workbench::adjoint::{Course, Differentiated, Gradient, Method, Schedule};
+use lamc_workbench::adjoint::{Course, Differentiated, Gradient, Method, Schedule, Slopes};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::{Asked, start};
 use nalgebra::{DMatrix, DVector};
@@ -188,7 +188,7 @@ fn check(name: &str, compiled: &Compiled, method: Method, duration: f64) {
     let weights: Vec<f64> = (0..nq + nu).map(|k| (1.0 + 3.0 * k as f64).sin()).collect();
     let mut by_samples = vec![vec![0.0; nq + nu]; times.len() + 1];
     by_samples[times.len()].copy_from_slice(&weights);
-    let gradient = &course.pull(&[by_samples]).unwrap()[0];
+    let gradient = &course.pull(&[Slopes { states: by_samples, ..Slopes::default() }]).unwrap()[0];
     // Without pins, assembly moves a state by the shortest way, as the directions here do.
     let pinned = vec![false; system.interface().joints.len()];
     let whole = differentiated.assembled(&start, &pinned, gradient).unwrap();
@@ -300,7 +300,13 @@ fn next_to_the_flat_state() {
         let course = course.unwrap();
         let n = state.q.len();
         let weights: Vec<f64> = (0..2 * n).map(|k| (1.0 + 3.0 * k as f64).sin()).collect();
-        let gradient = course.pull(&[vec![vec![0.0; 2 * n], weights.clone()]]).unwrap().remove(0);
+        let gradient = course
+            .pull(&[Slopes {
+                states: vec![vec![0.0; 2 * n], weights.clone()],
+                ..Slopes::default()
+            }])
+            .unwrap()
+            .remove(0);
         let sum = |q: &[f64], u: &[f64]| -> f64 {
             q.iter().chain(u).zip(&weights).map(|(x, weight)| x * weight).sum()
         };

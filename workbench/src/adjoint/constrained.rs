@@ -188,15 +188,15 @@ impl Constrained {
             // Written so that NaN is not closed, and no progress.
             let within = |values: &[f64], most: f64| values.iter().all(|x| x.abs() <= most);
             let open = largest(&*residual);
-            let is_last = !(2.0 * open < before);
+            let gets_on = 2.0 * open < before;
             if within(residual, enough)
                 || (within(residual, acceptable) && within(positions, enough / size))
-                || (is_last && within(residual, closed))
+                || (!gets_on && within(residual, closed))
             {
                 state.u.iter_mut().zip(&*speeds).for_each(|(u, change)| *u -= change);
                 return Ok(Some(moves));
             }
-            if is_last {
+            if !gets_on {
                 return Ok(None);
             }
             before = open;

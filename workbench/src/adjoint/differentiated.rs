@@ -9,6 +9,7 @@ use lamc_runtime::constants::SAFE_CONDITIONING;
 use lamc_runtime::plumbing::{Margin, ProjectionMut};
 use lamc_runtime::{Error, JacobianMut, Mechanism as _};
 
+use super::motion::MOST_STEPS;
 use super::reverse::{Layout, Places, Reversed, weight};
 use crate::execution::{Jit, MachineCode};
 use crate::simulation::describe;
@@ -37,6 +38,8 @@ pub enum Undifferentiable {
     },
     /// An adjoint is not finite.
     NotFinite,
+    /// No number of steps that is allowed is accurate.
+    TooManySteps,
 }
 
 impl Undifferentiable {
@@ -52,6 +55,10 @@ impl Undifferentiable {
             Self::Stop { t, joint } => format!(
                 "`{}` comes to its stop at {t} s, and derivatives of motions do not handle stops",
                 interface.joints[*joint].name
+            ),
+            Self::TooManySteps => format!(
+                "{MOST_STEPS} steps from one sample to the next are not accurate enough: is the mechanism stiff, or does the \
+                 motion have jumps?"
             ),
             Self::NotFinite => "a derivative of the motion is not finite".to_owned(),
         }

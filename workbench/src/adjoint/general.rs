@@ -166,11 +166,11 @@ impl General {
             let closure = self.closure(on, t, &mass, &state.q)?;
             let open = largest(&closure.residual);
             // Written so that NaN is no progress.
-            let is_last = !(2.0 * open < before) || moves == PROJECTION_STEPS;
-            if open <= rounding || (is_last && open <= CLOSED.of::<f64>() * size) {
+            let gets_on = 2.0 * open < before && moves < PROJECTION_STEPS;
+            if open <= rounding || (!gets_on && open <= CLOSED.of::<f64>() * size) {
                 break closure;
             }
-            if is_last {
+            if !gets_on {
                 return Err(Undifferentiable::Singular { t });
             }
             before = open;

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use lamc::arithmetic::larger;
 use lamc::program::FunctionKind;
 use lamc_runtime::State;
 
@@ -10,6 +11,9 @@ use super::steps::{Method, Stepper};
 
 /// Numbers of the record that are kept at most: 64 MB. A longer motion is repeated in pieces on the way back.
 const MOST_NUMBERS: usize = 8_000_000;
+
+/// Most steps from one sample to the next that [`Course::accurate`] takes.
+pub const MOST_STEPS: usize = 4096;
 
 /// The state of a motion.
 type Sample = State<Vec<f64>, f64>;
@@ -42,6 +46,17 @@ pub struct Course {
     pub samples: Vec<Sample>,
     /// Steps before which the record was forgotten, and the states there, beginning with the first.
     pieces: Vec<(usize, Sample)>,
+}
+
+/// How a number depends on a motion directly: its derivatives by what there is at each sample. An empty list stands for zeros.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Slopes {
+    /// By q and then by u, NQ + NU for each sample.
+    pub states: Vec<Vec<f64>>,
+    /// By the output points, three for each point, for each sample.
+    pub points: Vec<Vec<f64>>,
+    /// By the kinetic and the potential energy, for each sample.
+    pub energies: Vec<[f64; 2]>,
 }
 
 /// The derivatives of a number that depends on a motion.
@@ -93,6 +108,40 @@ impl Course {
         Ok(course)
     }
 
+    /// As [`new`](Self::new), with as many steps as keep the error at the samples within a tolerance, rad and rad/s: twice as many, until
+    /// that changes no more than it allows.
+    ///
+    /// # Errors
+    /// [`Undifferentiable`]; [`Undifferentiable::TooManySteps`] where [`MOST_STEPS`] are not enough.
+    pub fn accurate(
+        differentiated: &Differentiated,
+        start: &Sample,
+        schedule: Schedule<'_>,
+        tolerance: f64,
+    ) -> Result<Self, Undifferentiable> {
+        let order = match schedule.method {
+            Method::Rk4 | Method::Rodas => 4,
+            Method::Euler => 1,
+        };
+        // The error of the finer motion, of the difference of both.
+        let share = 1.0 / f64::from((1 << order) - 1);
+        let at = |steps| Self::new(differentiated, start.clone(), Schedule { steps, ..schedule });
+        let mut coarse = at(1);
+        let mut steps = 2;
+        while steps <= MOST_STEPS {
+            let fine = at(steps);
+            if let (Ok(coarse), Ok(found)) = (&coarse, &fine) {
+                let pairs = coarse.samples.iter().zip(&found.samples);
+                let error = pairs.map(|(a, b)| difference(a, b)).fold(0.0, larger);
+                if share * error <= tolerance {
+                    return fine;
+                }
+            }
+            (coarse, steps) = (fine, 2 * steps);
+        }
+        coarse.and(Err(Undifferentiable::TooManySteps))
+    }
+
     /// Runs, and begins a new piece when the record has `most` numbers.
     pub(super) fn run(&mut self, most: usize) -> Result<(), Undifferentiable> {
         self.pieces.truncate(1);
@@ -128,11 +177,11 @@ impl Course {
         Ok(())
     }
 
-    /// The derivatives of some numbers, from those of each number by q and by u at each sample: NQ and then NU entries.
+    /// The derivatives of some numbers.
     ///
     /// # Errors
     /// [`Undifferentiable::NotFinite`].
-    pub fn pull(&self, numbers: &[Vec<Vec<f64>>]) -> Result<Vec<Gradient>, Undifferentiable> {
+    pub fn pull(&self, numbers: &[Slopes]) -> Result<Vec<Gradient>, Undifferentiable> {
         let layout = self.differentiated.layout;
         let mut pulled: Vec<Pulled> = numbers
             .iter()
@@ -141,12 +190,6 @@ impl Course {
                 inputs: vec![Vec::new(); self.inputs.len()],
             })
             .collect();
-        let add = |pulled: &mut [Pulled], sample: usize| {
-            for (pulled, by_samples) in pulled.iter_mut().zip(numbers) {
-                let sums = pulled.adjoints.state.iter_mut().zip(&by_samples[sample]);
-                sums.for_each(|(sum, share)| *sum += share);
-            }
-        };
         let mut stepper = self.stepper.borrow_mut();
         stepper.rewind();
         let mut end = self.times.len();
@@ -162,8 +205,8 @@ impl Course {
             for index in (*begin..end).rev() {
                 let interval = index / self.steps;
                 if (index + 1) % self.steps == 0 {
-                    add(&mut pulled, interval + 1);
                     stepper.set_inputs(&self.inputs[interval]);
+                    self.add(&stepper, interval + 1, numbers, &mut pulled);
                 }
                 stepper.pull(pulled.iter_mut().map(|pulled| &mut pulled.adjoints));
                 if index % self.steps == 0 {
@@ -176,7 +219,7 @@ impl Course {
             }
             end = *begin;
         }
-        add(&mut pulled, 0);
+        self.add(&stepper, 0, numbers, &mut pulled);
         stepper.pull(pulled.iter_mut().map(|pulled| &mut pulled.adjoints));
         let gradient = |Pulled { adjoints, inputs }| {
             let mut gradient = self.differentiated.gradient(adjoints)?;
@@ -188,6 +231,34 @@ impl Course {
         };
         pulled.into_iter().map(gradient).collect()
     }
+}
+
+impl Course {
+    /// Adds the direct derivatives at a sample to the adjoints.
+    fn add(&self, stepper: &Stepper, sample: usize, numbers: &[Slopes], pulled: &mut [Pulled]) {
+        let State { t, q, u } = &self.samples[sample];
+        let at = At { t: *t, q, u };
+        let on = stepper.differentiated();
+        for (Pulled { adjoints, .. }, Slopes { states, points, energies }) in
+            pulled.iter_mut().zip(numbers)
+        {
+            if let Some(slopes) = states.get(sample) {
+                adjoints.state.iter_mut().zip(slopes).for_each(|(sum, slope)| *sum += slope);
+            }
+            if let Some(slopes) = points.get(sample) {
+                on.pull(FunctionKind::Points, at, slopes, adjoints);
+            }
+            if let Some(slopes) = energies.get(sample) {
+                on.pull(FunctionKind::Energy, at, slopes, adjoints);
+            }
+        }
+    }
+}
+
+/// The largest difference of two states.
+fn difference(a: &Sample, b: &Sample) -> f64 {
+    let pairs = a.q.iter().zip(&b.q).chain(a.u.iter().zip(&b.u));
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, larger)
 }
 
 /// What is known of a number on the way back.

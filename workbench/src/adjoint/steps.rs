@@ -72,6 +72,11 @@ impl Stepper {
         }
     }
 
+    /// The mechanism, with the inputs of now.
+    pub fn differentiated(&self) -> &Differentiated {
+        &self.differentiated
+    }
+
     /// How many numbers the record has.
     pub fn recorded(&self) -> usize {
         self.tape.len()

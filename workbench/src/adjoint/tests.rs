@@ -8,7 +8,7 @@ use lamc::source::{ParameterId, SourceFile};
 use lamc_runtime::{Mechanism as _, free_body};
 
 use super::reverse::{Reversed, weight};
-use super::{Course, Differentiated, Method, Schedule, orientation};
+use super::{Course, Differentiated, Method, Schedule, Slopes, orientation};
 use crate::execution::Jit;
 
 /// Central differences with this step have an error of about its square.
@@ -195,8 +195,12 @@ fn a_motion_in_pieces_has_the_same_derivatives() {
         let inputs = [vec![1e-6], vec![-2e-6], vec![3e-6]];
         let schedule = Schedule { method, samples: &[0.01, 0.02, 0.03], steps: 7, inputs: &inputs };
         let mut course = Course::new(&differentiated, start.clone(), schedule).unwrap();
-        let numbers: Vec<Vec<Vec<f64>>> = (1..3)
-            .map(|k| (0..4).map(|sample| vec![f64::from(k), f64::from(k * sample)]).collect())
+        let numbers: Vec<Slopes> = (1..3)
+            .map(|k| Slopes {
+                states: (0..4).map(|sample| vec![f64::from(k), f64::from(k * sample)]).collect(),
+                energies: (0..4).map(|sample| [f64::from(k - 1), f64::from(sample)]).collect(),
+                points: vec![],
+            })
             .collect();
         let whole = course.pull(&numbers).unwrap();
         assert_eq!(course.pull(&numbers).unwrap(), whole);
