@@ -82,6 +82,7 @@ const FLOORS: [Floors; 5] = [
             ("mocap", &["reading", "identify"]),
             ("motion", &[]),
             ("simulation", &["execution", "motion"]),
+            ("adjoint", &["execution", "simulation"]),
             ("sweep", &["execution", "reading", "rest", "simulation"]),
             ("optimise", &["execution", "reading", "rest", "simulation", "sweep"]),
             ("check", &["execution", "linear", "simulation"]),

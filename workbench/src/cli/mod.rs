@@ -32,6 +32,7 @@ mod simulate;
 mod start;
 mod sweep;
 mod verify;
+mod yields;
 
 use std::ffi::OsString;
 use std::fmt::Display;
@@ -190,6 +191,8 @@ enum Command {
     Sweep(Box<sweep::Arguments>),
     /// Find the values of parameters that meet goals: paths, angles at rest, frequencies, masses
     Optimise(Box<optimise::Arguments>),
+    /// Build robots with tolerances: the share that meets the goals, and which tolerance matters
+    Yield(Box<yields::Arguments>),
     /// Show a model's motion in the browser and update it whenever the file is saved
     Live(live::Arguments),
     /// Find an equilibrium of a model
@@ -248,6 +251,7 @@ pub fn run() -> ExitCode {
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
         (Some(Command::Sweep(arguments)), _) => sweep::run(&arguments),
         (Some(Command::Optimise(arguments)), _) => optimise::run(&arguments),
+        (Some(Command::Yield(arguments)), _) => yields::run(&arguments),
         (Some(Command::Live(arguments)), _) => live::run(&arguments),
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),

@@ -271,6 +271,19 @@ fn constraint_line(problem: &Problem<'_>, kept: &Kept) -> String {
     format!("{}: {:.6} {unit}, {wanted}: {verdict}", kept.name, factor * kept.value)
 }
 
+/// A unit for people, and the factor to it: of one of `all` numbers, which are goals, limits of joints on paths, and constraints.
+pub(super) fn shown_goal(problem: &Problem<'_>, index: usize, all: usize) -> (f64, &'static str) {
+    let Goals { goals, constraints, .. } = &problem.goals;
+    match goals.get(index).map(|goal| &goal.aim) {
+        Some(Aim::Path(_)) => (1e3, "mm"),
+        Some(Aim::Number(measure, _)) => shown(*measure),
+        None => {
+            let own = (index + constraints.len()).checked_sub(all).map(|own| &constraints[own]);
+            own.map_or((1_f64.to_degrees(), "deg"), |own| shown(own.measure))
+        }
+    }
+}
+
 /// A unit for people, and the factor to it.
 fn shown(measure: Measure) -> (f64, &'static str) {
     match measure {

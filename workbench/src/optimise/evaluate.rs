@@ -48,6 +48,9 @@ pub struct Reached {
     pub largest: Option<f64>,
     /// Its errors, without a unit: of a path one for each target, each with its parts.
     pub errors: Vec<Vec<Number>>,
+    /// How much each of them differs between built robots, in as many standard deviations as count; none where the design
+    /// itself counts.
+    pub spread: Vec<Number>,
 }
 
 /// How a constraint is kept.
@@ -82,11 +85,19 @@ impl Problem<'_> {
         self.compiled.topology_at(&self.parameters(x)).map(drop)
     }
 
-    /// Evaluates the design at shares of the ranges.
+    /// Evaluates the design at shares of the ranges, or the robots that are built by it if they count.
     ///
     /// # Errors
     /// It does not close, or has no state of rest; the text says so.
     pub fn evaluate(&self, x: &[f64]) -> Result<Evaluation, String> {
+        match self.goals.robust {
+            Some(deviations) => self.evaluate_robots(x, deviations),
+            None => self.evaluate_one(x).map(|it| it.with_limits(&self.goals)),
+        }
+    }
+
+    /// Evaluates the design itself. The errors of goals with a limit are negative where it is kept.
+    pub(super) fn evaluate_one(&self, x: &[f64]) -> Result<Evaluation, String> {
         let program = &self.compiled.program;
         let design = Design::new(program, &self.system, &self.goals.variables, x);
         let mut resting = None;
@@ -120,15 +131,11 @@ impl Problem<'_> {
             Aim::Path(path) => path,
             Aim::Number(measure, wanted) => {
                 let number = self.number(*measure, design, x, resting)?;
-                let mut error = self.error(*measure, &number, *wanted);
-                // A limit that is kept is no error.
-                if !matches!(wanted, Wanted::Target(_)) && error.value <= 0.0 {
-                    error = Number::constant(0.0, self.variables());
-                }
                 return Ok(Reached {
                     value: number.value,
                     largest: None,
-                    errors: vec![vec![error]],
+                    errors: vec![vec![self.error(*measure, &number, *wanted)]],
+                    spread: Vec::new(),
                 });
             }
         };
@@ -153,6 +160,7 @@ impl Problem<'_> {
             value: mean.sqrt(),
             largest: distances.into_iter().reduce(larger),
             errors: traced.errors.iter().map(scaled).collect(),
+            spread: Vec::new(),
         })
     }
 
@@ -252,21 +260,46 @@ impl Evaluation {
         }
     }
 
-    /// The numbers whose squares are summed: of each goal sqrt(weight / errors) times each part of each error.
+    /// Where a goal has a limit that is kept, there is no error.
+    pub(super) fn with_limits(mut self, goals: &Goals) -> Self {
+        for (reached, goal) in self.goals.iter_mut().zip(&goals.goals) {
+            for error in reached.errors.iter_mut().flatten() {
+                if goal.has_limit() && error.value <= 0.0 {
+                    *error = Number::constant(0.0, error.slope.len());
+                }
+            }
+        }
+        self
+    }
+
+    /// The numbers whose squares are summed: of each goal sqrt(weight / errors) times each part of each error, and each spread.
     pub fn residuals(&self, goals: &Goals) -> Vec<Number> {
         let each = self.goals.iter().zip(&goals.goals).flat_map(|(reached, goal)| {
             let factor = (goal.weight / reached.errors.len() as f64).sqrt();
-            reached.errors.iter().flatten().map(move |part| part.scaled(0.0, factor))
+            let parts = reached.errors.iter().flatten().chain(&reached.spread);
+            parts.map(move |part| part.scaled(0.0, factor))
         });
         each.collect()
     }
 
-    /// The weighted size of each error; with a sign where an error has one part.
+    /// The weighted size of each error, with a sign where an error has one part. With a spread s, the size of such an error e
+    /// is the larger one of e + s and e - s.
     pub fn sizes(&self, goals: &Goals) -> Vec<Number> {
-        let each = self.goals.iter().zip(&goals.goals).flat_map(|(reached, goal)| {
-            reached.errors.iter().map(|parts| length(parts).scaled(0.0, goal.weight))
-        });
-        each.collect()
+        let mut sizes = Vec::new();
+        for (reached, goal) in self.goals.iter().zip(&goals.goals) {
+            for (index, parts) in reached.errors.iter().enumerate() {
+                let size = length(parts).scaled(0.0, goal.weight);
+                let Some(spread) = reached.spread.get(index) else {
+                    sizes.push(size);
+                    continue;
+                };
+                sizes.push(size.plus(goal.weight, spread));
+                if parts.len() == 1 {
+                    sizes.push(size.plus(-goal.weight, spread));
+                }
+            }
+        }
+        sizes
     }
 
     /// By how much constraints are exceeded together; 0 if all are kept.

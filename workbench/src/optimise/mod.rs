@@ -16,10 +16,12 @@ pub mod goals;
 mod local;
 mod number;
 mod path;
+mod robots;
 mod stroke;
 mod tangent;
 #[cfg(test)]
 mod tests;
+mod yields;
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -31,6 +33,7 @@ pub use evaluate::{Evaluation, Kept, Problem, Reached};
 pub use goals::Goals;
 pub use local::{Found, KEPT};
 pub use number::Number;
+pub use yields::{Influence, Judged, Yield};
 
 use crate::sweep;
 use crate::sweep::plan::{Distribution, Plan, Quantity, Sampler, Target, Task, Varied};

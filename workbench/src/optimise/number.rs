@@ -17,6 +17,14 @@ impl Number {
         Self { value, slope: RowDVector::zeros(variables) }
     }
 
+    /// The number plus a factor times another one.
+    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        Self {
+            value: self.value + factor * other.value,
+            slope: &self.slope + factor * &other.slope,
+        }
+    }
+
     /// The number less another one, times a factor.
     pub fn scaled(&self, less: f64, factor: f64) -> Self {
         Self { value: factor * (self.value - less), slope: factor * &self.slope }

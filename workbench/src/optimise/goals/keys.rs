@@ -4,6 +4,8 @@ use lamc::source::schema::{
     ANGLE, Key, Kind, LENGTH, Mapping, NUMBER, Presence, Range, Value, key,
 };
 
+use crate::sweep::plan::DISTRIBUTION;
+
 /// Every mapping, in the order of the reference.
 pub static MAPPINGS: &[&Mapping] = &[&GOALS, &VARIABLE, &GOAL, &PATH, &STROKE, &CONSTRAINT];
 
@@ -46,6 +48,28 @@ pub static GOALS: Mapping = Mapping {
             Presence::Optional("none"),
             "{ light: { mass: all, at_most: 3 g } }",
             "What the design has to keep.",
+        ),
+        key(
+            "tolerances",
+            Value::Named(Kind::Other("a parameter of the model"), &Value::Mapping(&DISTRIBUTION)),
+            Presence::Optional("robots are built as designed"),
+            "{ crank: { normal: 0.05 mm }, k: { uniform: 10% } }",
+            "By how much built robots differ from the design: a tolerance of any parameter about its value, as in the plan of a \
+             sweep. See [YIELD.md](YIELD.md).",
+        ),
+        key(
+            "robust",
+            Value::Number(&NUMBER),
+            Presence::Optional("the design itself counts"),
+            "3",
+            "The search takes the mean over built robots plus so many standard deviations, of errors and of constraints.",
+        ),
+        key(
+            "robots",
+            Value::Number(&NUMBER),
+            Presence::Default("32"),
+            "128",
+            "With `robust`: how many built robots stand for all.",
         ),
         key(
             "norm",
@@ -169,6 +193,13 @@ pub static GOAL: Mapping = Mapping {
         ),
         AT_MOST,
         AT_LEAST,
+        key(
+            "within",
+            Value::Parameter,
+            Presence::Optional("built robots are not judged by a target or a path"),
+            "0.5 mm",
+            "How far a built robot may be from the target, or from any point of the path. `lamc yield` counts the robots that keep it.",
+        ),
         Key {
             range: Range::Positive,
             ..key(

@@ -82,16 +82,7 @@ impl Reader<'_> {
         let mut wanted = Vec::new();
         for (key, kind) in given {
             let Some(node) = fields.get(key) else { continue };
-            let read = match measure {
-                Measure::Angle(_) => self.angle(node),
-                Measure::Position { .. } => self.read(node, "m"),
-                Measure::Frequency(_) => self.read(node, "Hz"),
-                Measure::Mass(_) => self.read(node, "kg"),
-                Measure::Energy => self.read(node, "J"),
-                Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => self.angle(node),
-                Measure::Stroke(_) => self.read(node, "m"),
-            };
-            let Some(value) = read else { continue };
+            let Some(value) = self.number_of(measure, node) else { continue };
             // Errors are shares of these numbers.
             let wrong = match measure {
                 Measure::Frequency(_) | Measure::Mass(_) => {
@@ -107,6 +98,19 @@ impl Reader<'_> {
             wanted.push(kind(value));
         }
         wanted
+    }
+
+    /// A number of the dimension of a measure, SI.
+    pub(super) fn number_of(&mut self, measure: Measure, node: &Node) -> Option<f64> {
+        match measure {
+            Measure::Angle(_) => self.angle(node),
+            Measure::Position { .. } => self.read(node, "m"),
+            Measure::Frequency(_) => self.read(node, "Hz"),
+            Measure::Mass(_) => self.read(node, "kg"),
+            Measure::Energy => self.read(node, "J"),
+            Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => self.angle(node),
+            Measure::Stroke(_) => self.read(node, "m"),
+        }
     }
 
     /// What moves while a joint is turned.

@@ -10,8 +10,12 @@ pub use keys::MAPPINGS;
 use lamc::pipeline::Compiled;
 use lamc::source::{Diagnostics, SourceFile, Span};
 
+use crate::sweep::plan::Varied;
+
 /// Most starts of a search.
 pub const MOST_STARTS: u64 = 100_000;
+/// Most robots that stand for all in a search.
+pub const MOST_ROBOTS: u64 = 10_000;
 /// Most points of a path.
 pub const MOST_POINTS: usize = 10_000;
 
@@ -30,6 +34,12 @@ pub struct Goals {
     pub starts: u64,
     /// Chooses them.
     pub seed: u64,
+    /// By how much parameters of built robots differ from the design.
+    pub tolerances: Vec<Varied>,
+    /// How many standard deviations are added to the mean over built robots; `None`: the design itself counts.
+    pub robust: Option<f64>,
+    /// How many built robots stand for all in a search.
+    pub robots: u64,
 }
 
 /// A parameter that varies.
@@ -63,6 +73,8 @@ pub struct Goal {
     pub weight: f64,
     /// What it is.
     pub aim: Aim,
+    /// How far a built robot may be from the target or from the path, SI; `None` where the goal has a limit, or is not judged.
+    pub within: Option<f64>,
 }
 
 /// The aim of a goal.
@@ -162,6 +174,13 @@ pub struct Target {
     pub angle: f64,
     /// By the axes of the path, m; NaN where it does not matter.
     pub at: Vec<f64>,
+}
+
+impl Goal {
+    /// Whether it is a number with a limit.
+    pub fn has_limit(&self) -> bool {
+        matches!(self.aim, Aim::Number(_, Wanted::AtMost(_) | Wanted::AtLeast(_)))
+    }
 }
 
 impl Wanted {

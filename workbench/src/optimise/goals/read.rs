@@ -10,8 +10,10 @@ use lamc::source::{
 
 use super::keys::{CONSTRAINT, GOAL, GOALS, NORMS, VARIABLE};
 use super::measures::MEASURES;
-use super::{Aim, Constraint, Goal, Goals, MOST_STARTS, Norm, Variable};
+use super::{Aim, Constraint, Goal, Goals, MOST_ROBOTS, MOST_STARTS, Norm, Variable, Wanted};
+use crate::execution::Jit;
 use crate::reading::Terms;
+use crate::sweep::plan::{Quantities, Target, Varied, distributions};
 
 /// What a file of goals needs.
 const NEEDED: &str = "a file of goals needs `parameters` and `goals`";
@@ -80,11 +82,54 @@ impl Reader<'_> {
         {
             self.wrong(node.span, format!("`starts` must be 1 to {MOST_STARTS}"));
         }
+        let tolerances = self.tolerances(fields.get("tolerances"));
+        let robust = self.robust(&fields, tolerances.is_empty());
+        let robots = self.whole(&fields, "robots");
+        if let Some(node) = fields.get("robots")
+            && robots.is_some_and(|robots| !(2..=MOST_ROBOTS).contains(&robots))
+        {
+            self.wrong(node.span, format!("`robots` must be 2 to {MOST_ROBOTS}"));
+        }
         // What the ends of a range make of the drawing is reported where everything else is right.
         if !self.found.has_errors() {
             variables.iter().for_each(|variable| self.is_possible(variable));
         }
-        Some(Goals { variables, goals, constraints, norm: norm?, starts: starts?, seed: seed? })
+        Some(Goals {
+            variables,
+            goals,
+            constraints,
+            norm: norm?,
+            starts: starts?,
+            seed: seed?,
+            tolerances,
+            robust,
+            robots: robots?,
+        })
+    }
+
+    /// The tolerances of parameters.
+    fn tolerances(&mut self, node: Option<&Node>) -> Vec<Varied> {
+        let system = Jit::new(&self.compiled.program);
+        let mut quantities = Quantities::of(self.compiled, &system, &[]);
+        quantities.0.retain(|it| matches!(it.target, Target::Parameter(_)));
+        let terms = (self.compiled.numbers.angle, codes::BAD_GOALS);
+        distributions(node, &quantities, terms, &mut self.found)
+    }
+
+    /// How many standard deviations are added.
+    fn robust(&mut self, fields: &Fields, is_exact: bool) -> Option<f64> {
+        let entry = fields.entry("robust")?;
+        let deviations = self.number(fields, "robust", "%")?;
+        if deviations < 0.0 {
+            self.wrong(entry.value.span, "`robust` must not be negative");
+        }
+        if is_exact {
+            let message = "`robust` needs `tolerances`";
+            let error = Diagnostic::error(codes::BAD_GOALS, entry.key.span, message);
+            let hint = "say by how much built robots differ: `tolerances: { crank: { normal: 0.05 mm } }`";
+            self.found.push(error.hint(hint));
+        }
+        Some(deviations)
     }
 
     fn variable(&mut self, entry: &Entry) -> Option<Variable> {
@@ -198,7 +243,26 @@ impl Reader<'_> {
                 Aim::Number(measure, *wanted)
             }
         };
-        Some(Goal { name, weight: weight?, aim })
+        let within = self.within(&fields, &aim);
+        Some(Goal { name, weight: weight?, aim, within })
+    }
+
+    /// How far a built robot may be from what a goal aims at.
+    fn within(&mut self, fields: &Fields, aim: &Aim) -> Option<f64> {
+        let entry = fields.entry("within")?;
+        let node = &entry.value;
+        let read = match aim {
+            Aim::Path(_) => self.read(node, "m"),
+            Aim::Number(measure, Wanted::Target(_)) => self.number_of(*measure, node),
+            Aim::Number(..) => {
+                self.wrong(entry.key.span, "a limit needs no `within`: robots keep it or not");
+                return None;
+            }
+        };
+        if read.is_some_and(|within| within <= 0.0) {
+            self.wrong(node.span, "`within` must be more than 0");
+        }
+        read
     }
 
     fn constraints(&mut self, entry: &Entry) -> Vec<Constraint> {

@@ -4,7 +4,8 @@ mod keys;
 mod read;
 mod terms;
 
-pub use keys::MAPPINGS;
+pub use keys::{DISTRIBUTION, MAPPINGS};
+pub use read::distributions;
 
 use std::collections::HashSet;
 

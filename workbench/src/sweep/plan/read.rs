@@ -2,7 +2,7 @@
 
 use lamc::source::fields::{Fields, array, entries, items};
 use lamc::source::yaml::{self, Content, Entry, Node, shorten};
-use lamc::source::{AngleUnit, Diagnostic, Diagnostics, SourceFile, Span, codes};
+use lamc::source::{AngleUnit, Code, Diagnostic, Diagnostics, SourceFile, Span, codes};
 
 use super::keys::{AXIS, DISTRIBUTION, METHODS, PLAN, RECORDS, SAMPLERS, SAMPLES, SPACINGS, TASKS};
 use super::{
@@ -32,7 +32,7 @@ pub fn plan(
         empty.for_each(|found| found.hint = Some(NEEDED.to_owned()));
         found
     })?;
-    let mut reader = Reader { quantities, angle, found };
+    let mut reader = Reader { quantities, angle, found, code: codes::BAD_PLAN };
     let plan = reader.plan(&root);
     match plan {
         Some(plan) if !reader.found.has_errors() => Ok(plan),
@@ -40,10 +40,25 @@ pub fn plan(
     }
 }
 
+/// Reads the distributions of some quantities, as `vary` of a plan has them; mistakes get a code of the file that they are in.
+pub fn distributions(
+    node: Option<&Node>,
+    Quantities(quantities): &Quantities,
+    (angle, code): (AngleUnit, Code),
+    found: &mut Diagnostics,
+) -> Vec<Varied> {
+    let mut reader = Reader { quantities, angle, found: std::mem::take(found), code };
+    let varied = reader.varied(node);
+    *found = reader.found;
+    varied
+}
+
 pub(super) struct Reader<'q> {
     pub(super) quantities: &'q [Quantity],
     pub(super) angle: AngleUnit,
     pub(super) found: Diagnostics,
+    /// Of mistakes that only such a file can have.
+    pub(super) code: Code,
 }
 
 /// A spread about the value of the model, or two numbers.

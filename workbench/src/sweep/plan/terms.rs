@@ -18,7 +18,7 @@ impl Terms for Reader<'_> {
     }
 
     fn code(&self) -> Code {
-        codes::BAD_PLAN
+        self.code
     }
 }
 
@@ -29,9 +29,9 @@ impl Reader<'_> {
         if let Some(found) = self.quantities.iter().find(|it| it.name == name) {
             if !found.has_effect {
                 let message = format!("nothing in the model depends on `{name}`");
-                let error = Diagnostic::error(codes::BAD_PLAN, entry.key.span, message);
+                let error = Diagnostic::error(self.code, entry.key.span, message);
                 self.found.push(error.hint(
-                    "remove it from the plan; an input that was replaced by a formula has no value any more",
+                    "remove it; an input that was replaced by a formula has no value any more",
                 ));
             }
             return Some(found.clone());
@@ -79,7 +79,7 @@ impl Reader<'_> {
         let bare = node.scalar().is_some_and(|scalar| has_no_unit(&scalar.text));
         if let Some(turns) = beyond_a_turn(value).filter(|_| is_radian && bare) {
             let degrees = (value % TAU).to_degrees();
-            let error = Diagnostic::error(codes::BAD_PLAN, node.span, turns);
+            let error = Diagnostic::error(self.code, node.span, turns);
             self.found.push(
                 error.hint(format!(
                     "write `{value}deg` if degrees are meant, else `{degrees:.4}deg`"
