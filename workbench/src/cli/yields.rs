@@ -159,9 +159,8 @@ fn text(problem: &Problem<'_>, found: &Yield) -> String {
     for (index, judged) in found.judged.iter().enumerate() {
         let Judged { name, nominal, mean, deviation, good, shares } = judged;
         let (factor, unit) = shown_goal(problem, index, found.judged.len());
-        let verdict = good.map_or("does not judge".to_owned(), |good| {
-            format!("{:.1} % meet it", percent(good))
-        });
+        let verdict = good
+            .map_or("does not judge".to_owned(), |good| format!("{:.1} % meet it", percent(good)));
         let _ = writeln!(
             text,
             "{name}: {:.6} {unit} as designed, built {:.6} +- {:.6} {unit}; {verdict}",
@@ -169,8 +168,12 @@ fn text(problem: &Problem<'_>, found: &Yield) -> String {
             factor * mean,
             factor * deviation
         );
-        let mut causes: Vec<(&str, f64)> =
-            found.tolerances.iter().map(|it| it.name.as_str()).zip(shares.iter().copied()).collect();
+        let mut causes: Vec<(&str, f64)> = found
+            .tolerances
+            .iter()
+            .map(|it| it.name.as_str())
+            .zip(shares.iter().copied())
+            .collect();
         causes.sort_by(|a, b| b.1.total_cmp(&a.1));
         let causes: Vec<String> = causes
             .iter()

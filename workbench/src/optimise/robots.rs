@@ -115,8 +115,7 @@ fn moments(numbers: impl ExactSizeIterator<Item = Number> + Clone) -> (Number, N
     let variables = numbers.clone().next().map_or(0, |first| first.slope.len());
     let zero = Number::constant(0.0, variables);
     let mean = numbers.clone().fold(zero.clone(), |sum, it| sum.plus(1.0 / count, &it));
-    let variance = numbers.fold(zero, |sum, it| {
-        sum.plus(1.0 / (count - 1.0), &squared(&it.plus(-1.0, &mean)))
-    });
+    let variance = numbers
+        .fold(zero, |sum, it| sum.plus(1.0 / (count - 1.0), &squared(&it.plus(-1.0, &mean))));
     (mean, root(&variance))
 }

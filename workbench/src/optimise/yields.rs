@@ -242,7 +242,8 @@ impl Problem<'_> {
 
 /// The values of goals, of a path the largest distance, and of constraints.
 fn values(evaluation: &Evaluation) -> Vec<f64> {
-    let goals = evaluation.goals.iter().map(|Reached { value, largest, .. }| largest.unwrap_or(*value));
+    let goals =
+        evaluation.goals.iter().map(|Reached { value, largest, .. }| largest.unwrap_or(*value));
     goals.chain(evaluation.constraints.iter().map(|kept| kept.value)).collect()
 }
 

@@ -53,7 +53,7 @@ pub static GOALS: Mapping = Mapping {
             "tolerances",
             Value::Named(Kind::Other("a parameter of the model"), &Value::Mapping(&DISTRIBUTION)),
             Presence::Optional("robots are built as designed"),
-            "{ crank: { normal: 0.05 mm }, k: { uniform: 10% } }",
+            "{ crank: { normal: 0.05 mm }, rocker: { uniform: 1% } }",
             "By how much built robots differ from the design: a tolerance of any parameter about its value, as in the plan of a \
              sweep. See [YIELD.md](YIELD.md).",
         ),

@@ -126,7 +126,8 @@ impl Reader<'_> {
         if is_exact {
             let message = "`robust` needs `tolerances`";
             let error = Diagnostic::error(codes::BAD_GOALS, entry.key.span, message);
-            let hint = "say by how much built robots differ: `tolerances: { crank: { normal: 0.05 mm } }`";
+            let hint =
+                "say by how much built robots differ: `tolerances: { crank: { normal: 0.05 mm } }`";
             self.found.push(error.hint(hint));
         }
         Some(deviations)

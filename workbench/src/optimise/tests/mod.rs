@@ -4,6 +4,7 @@ mod derivatives;
 mod linkages;
 mod numbers;
 mod reading;
+mod yields;
 
 use lamc::pipeline::{self, Compiled};
 use lamc::source::SourceFile;

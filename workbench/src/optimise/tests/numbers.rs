@@ -6,7 +6,7 @@ use super::*;
 
 /// A rod of length l with its mass at its end, on a hinge of stiffness k without gravity, and a torque: it rests at
 /// torque/k, and swings with sqrt(k / (m l^2 + I)).
-const ROD: &str = "
+pub(super) const ROD: &str = "
 parameters: { k: { value: 2e-3, range: [1e-3, 4e-3] }, l: { value: 20 mm, range: [10 mm, 40 mm] }, m: { value: 2 g, range: [1 g, 3 g] } }
 bodies:
   base: { fixed: true }

@@ -76,6 +76,10 @@ fn the_examples_of_the_reference_are_goals() {
             let (compiled, text) = match (mapping.name, key.name) {
                 ("goals", "parameters") => (&with_parameter, format!("{entry}\n{goal}")),
                 ("goals", "goals") => (&with_parameter, format!("{varied}\n{entry}")),
+                ("goals", "robust") => (
+                    &with_parameter,
+                    format!("{varied}\n{goal}\n{entry}\ntolerances: {{ crank: {{ normal: 1% }} }}"),
+                ),
                 ("goals", _) => (&with_parameter, format!("{varied}\n{goal}\n{entry}")),
                 ("variable", _) => {
                     (&with_parameter, format!("parameters: {{ rocker: {{ {entry} }} }}\n{goal}"))
@@ -91,6 +95,10 @@ fn the_examples_of_the_reference_are_goals() {
                         format!("{varied}\ngoals: {{ bend: {{ angle: j0, {entry}{rest} }} }}"),
                     )
                 }
+                ("goal", "within") => (
+                    &with_parameter,
+                    format!("{varied}\ngoals: {{ it: {{ position: pen.x, target: 1, {entry} }} }}"),
+                ),
                 ("goal" | "constraint", "at_most") => (
                     &with_parameter,
                     format!("{varied}\n{goal}\nconstraints: {{ c: {{ mass: all, {entry} }} }}"),
