@@ -1,6 +1,7 @@
 //! Results as arrays, for mechanisms whose sizes are constants.
 
-use crate::jacobian::{JacobianMut, jacobian as write_jacobian};
+use crate::acceleration::{holds, not_finite};
+use crate::jacobian::{Change, JacobianMut, derivatives_along, jacobian as write_jacobian};
 use crate::plumbing::{Balance, exactly};
 use crate::{Arithmetic, Error, Mechanism, acceleration_and_forces};
 
@@ -41,6 +42,15 @@ pub struct Jacobian<S, const NU: usize> {
     pub du: [[S; NU]; NU],
     /// da/dt, rad/s^3.
     pub dt: [S; NU],
+}
+
+/// du/dt and its derivative by the P parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JacobianParams<S, const NU: usize, const P: usize> {
+    /// a = du/dt, rad/s^2.
+    pub acceleration: [S; NU],
+    /// da/dp, in the order of the parameters, per unit of each in SI.
+    pub dp: [[S; P]; NU],
 }
 
 /// All R = 9 L closure equations, nine for every loop.
@@ -117,6 +127,52 @@ fn solve_forces<M: Mechanism, const J: usize>(
         }
     });
     Ok(motor)
+}
+
+/// du/dt and its derivative by the parameters, for P of them and I inputs: by straight-line code where that holds, else along one
+/// parameter after the other.
+///
+/// # Errors
+///
+/// As [`derivatives_along`].
+pub fn jacobian_params<M: Mechanism, const NU: usize, const P: usize, const I: usize>(
+    mechanism: &M,
+    t: M::Scalar,
+    q: &M::Coordinates,
+    u: &M::Speeds,
+) -> Result<JacobianParams<M::Scalar, NU, P>, Error> {
+    let zero = M::Scalar::ZERO;
+    let mut found = JacobianParams { acceleration: [zero; NU], dp: [[zero; P]; NU] };
+    let (q, u) = (q.as_ref(), u.as_ref());
+    if mechanism.dimensions().drives == 0 {
+        let (acceleration, dp) = (&mut found.acceleration, found.dp.as_flattened_mut());
+        let margin = mechanism.write_jacobian_params(t, q, u, acceleration, dp)?;
+        if holds(margin) && not_finite(&[&found.acceleration, found.dp.as_flattened()]).is_none() {
+            return Ok(found);
+        }
+    }
+    let mut workspace = mechanism.workspace();
+    let (still, inputs) = ([zero; NU], [zero; I]);
+    for parameter in 0..P {
+        let mut parameters = [zero; P];
+        if let Some(moving) = parameters.get_mut(parameter) {
+            *moving = M::Scalar::ONE;
+        }
+        let change =
+            Change { t: zero, q: &still, u: &still, parameters: &parameters, inputs: &inputs };
+        let mut out = [[zero; NU]; 2];
+        let one = core::iter::once(change);
+        let workspace = workspace.as_mut();
+        derivatives_along(mechanism, t, q, u, one, workspace, out.as_flattened_mut())?;
+        let [acceleration, derivative] = out;
+        found.acceleration = acceleration;
+        for (row, value) in found.dp.iter_mut().zip(derivative) {
+            if let Some(entry) = row.get_mut(parameter) {
+                *entry = value;
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// du/dt and its derivatives: see [`jacobian`](fn@crate::jacobian).

@@ -179,4 +179,14 @@ impl<D: Delegate> Mechanism for D {
     ) -> Result<Option<Margin<Self::Scalar>>, Error> {
         self.inner().write_jacobian(t, q, u, out)
     }
+    fn write_jacobian_params(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        acceleration: &mut [Self::Scalar],
+        dp: &mut [Self::Scalar],
+    ) -> Result<Option<Margin<Self::Scalar>>, Error> {
+        self.inner().write_jacobian_params(t, q, u, acceleration, dp)
+    }
 }

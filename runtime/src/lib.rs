@@ -127,7 +127,7 @@ mod unilateral;
 mod workspace;
 
 pub use acceleration::{Constraint, acceleration, acceleration_and_forces, acceleration_in_motion};
-pub use arrays::{Closure, Equations, Forces, Jacobian};
+pub use arrays::{Closure, Equations, Forces, Jacobian, JacobianParams};
 pub use assembly::{Assembly, assemble};
 pub use batch::{Batch, LaneError, Lanes, StatesOf};
 pub use control::{Clock, Control, ControlLoop, Controlled, Controller, Pwm};

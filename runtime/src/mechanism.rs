@@ -313,6 +313,24 @@ pub trait Mechanism: Sized {
         Ok(None)
     }
 
+    /// du/dt (NU) and its derivative by the parameters (NU x NPARAMS, row-major, per unit of each in SI), as
+    /// [`write_acceleration`](Self::write_acceleration). Provided: there is no such code.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    fn write_jacobian_params(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        acceleration: &mut [Self::Scalar],
+        dp: &mut [Self::Scalar],
+    ) -> Result<Option<Margin<Self::Scalar>>, Error> {
+        let _ = (t, q, u, acceleration, dp);
+        Ok(None)
+    }
+
     /// The initial state with closed loops: assembled from the model's guess, the joints whose angles the
     /// model states pinned, and with speeds that the closure allows.
     ///

@@ -7,7 +7,7 @@
 use crate::{Error, Scalar};
 
 pub use crate::integrate::rodasp;
-pub use crate::arrays::{forces, jacobian, motor_torques};
+pub use crate::arrays::{forces, jacobian, jacobian_params, motor_torques};
 pub use crate::jacobian::{Change, JacobianMut};
 pub use crate::workspace::workspace_len;
 

@@ -39,6 +39,14 @@ where
             let energies = [energy.kinetic, energy.potential];
             rates.into_iter().chain(energies).map(Scalar::to_f64).collect()
         }
+        "parameters" => {
+            let (q, u) = (array(x), array(&x[N..]));
+            let mut rates = [S::ZERO; N];
+            let mut slopes = vec![S::ZERO; N * model.dimensions().parameters];
+            let margin = model.write_jacobian_params(S::ZERO, &q, &u, &mut rates, &mut slopes);
+            assert!(margin.unwrap().is_some_and(|margin| margin.conditioning > S::ZERO));
+            rates.into_iter().chain(slopes).map(Scalar::to_f64).collect()
+        }
         "rank" => {
             let (q, u) = (array(x), array(&x[N..]));
             let (mut workspace, mut rates) = (model.workspace(), [S::ZERO; N]);
@@ -158,7 +166,8 @@ impl Package {
         );
     }
 
-    /// Asks a module for du/dt and the energies at q, u (`acceleration`); for the rank there (`rank`); for q
+    /// Asks a module for du/dt and the energies at q, u (`acceleration`); for du/dt and its derivative by the parameters, of a module
+    /// that has the function (`parameters`); for the rank there (`rank`); for q
     /// and the largest residual, as a share of the size, at times: q, u, t.. (`trajectory`); for q, u after
     /// steps of Runge and Kutta: q, u, count, dt (`steps`); for q, u at a time by Rosenbrock's method: q, u, t
     /// (`implicit`), which is an empty answer where the module has no derivatives.

@@ -12,7 +12,7 @@ use tera::{Context, Tera};
 
 use self::variables::{Variable, variables};
 use super::c::{self, Real, STATUS};
-use crate::program::{Interface, Program};
+use crate::program::{Interface, Program, Selection};
 
 /// Default for the longest step of Co-Simulation, s.
 const STEP: f64 = 1e-3;
@@ -102,8 +102,10 @@ pub fn files(program: &Program, version: Version) -> Vec<(String, String)> {
     let interface = &program.interface;
     let name = &interface.name;
     let header_name = format!("{name}.h");
+    // A master calls no derivatives.
+    let called = program.only(Selection::default());
     let (source, header) =
-        (c::source(program, Real::Double, &header_name), c::header(program, Real::Double));
+        (c::source(&called, Real::Double, &header_name), c::header(&called, Real::Double));
     let (functions, adapter, description) = match version {
         Version::Fmi2 => (lamc_templates::FMI2, "fmi2", lamc_templates::FMI2_DESCRIPTION),
         Version::Fmi3 => (lamc_templates::FMI3, "fmi3", lamc_templates::FMI3_DESCRIPTION),

@@ -9,7 +9,7 @@ use super::functions;
 use super::labels::{Called, Labels};
 use crate::kane::{Elimination, Equations};
 use crate::program::{Function, FunctionKind, Moving, Output, Phase, Slot, Value};
-use crate::source::SpeedId;
+use crate::source::{ParameterId, SpeedId};
 use crate::topology::NodeId;
 
 /// Operations beyond which a solution is left to the runtime's loops: such a function would be
@@ -25,14 +25,14 @@ const MOST_DERIVATIVES: usize = 10_000;
 /// Terms of a factor by entry beyond which it is not tried: an elimination by body is cheaper.
 const MOST_ENTRIES: usize = 4_000;
 
-/// [`FunctionKind::Acceleration`], [`FunctionKind::Projection`] and [`FunctionKind::Jacobian`],
-/// optimised; `tangent` is [`FunctionKind::Tangent`].
+/// [`FunctionKind::Acceleration`], [`FunctionKind::Projection`], [`FunctionKind::Jacobian`] and
+/// [`FunctionKind::JacobianParams`], optimised; `tangent` is [`FunctionKind::Tangent`].
 pub fn functions(
     equations: &Equations,
     tangent: &Function,
     optimise: impl Fn(Function) -> Function,
-) -> [Function; 3] {
-    use FunctionKind::{Acceleration, Jacobian, Projection};
+) -> [Function; 4] {
+    use FunctionKind::{Acceleration, Jacobian, JacobianParams, Projection};
     let topology = &equations.topology;
     let none = |kind| Function { kind, instructions: Vec::new(), outputs: Vec::new() };
     let driven = topology.mechanism.joints.iter().any(|joint| joint.drive.is_some());
@@ -50,14 +50,19 @@ pub fn functions(
         let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };
         best(kind, most, candidates)
     };
-    let directions = 2 * topology.mechanism.speeds() + 1;
-    let small = tangent.instructions.len() * directions <= 10 * MOST_DERIVATIVES;
-    let differentiable = regular && small && entries(equations) <= MOST_ENTRIES;
-    let derivatives = differentiable.then(|| jacobian(equations, tangent));
+    let speeds = topology.mechanism.speeds();
+    let parameters = topology.mechanism.parameters.len();
+    let derivatives = |kind, directions: usize| {
+        let small = tangent.instructions.len() * directions <= 10 * MOST_DERIVATIVES;
+        let differentiable = regular && small && directions > 0 && entries(equations) <= MOST_ENTRIES;
+        let function = differentiable.then(|| jacobian(equations, tangent, kind));
+        best(kind, MOST_DERIVATIVES, function.into_iter().collect())
+    };
     [
         solved(Acceleration, solvable),
         solved(Projection, solvable && !topology.loops.is_empty()),
-        best(Jacobian, MOST_DERIVATIVES, derivatives.into_iter().collect()),
+        derivatives(Jacobian, 2 * speeds + 1),
+        derivatives(JacobianParams, parameters),
     ]
 }
 
@@ -189,9 +194,9 @@ fn finished<F: Factor>(
     code.finish(kind, outputs)
 }
 
-/// du/dt and its derivatives by q, u and t: the equations' own changes in each direction, `tangent`,
+/// du/dt and its derivatives, by q, u and t or by the parameters: the equations' own changes in each direction, `tangent`,
 /// through the factor of the equations.
-fn jacobian(equations: &Equations, tangent: &Function) -> Function {
+fn jacobian(equations: &Equations, tangent: &Function, kind: FunctionKind) -> Function {
     let start = functions::by_entry(equations, FunctionKind::Acceleration);
     let (mut code, outputs) = Code::after(fold::fold(start));
     let labels = &Labels::of(equations);
@@ -220,21 +225,25 @@ fn jacobian(equations: &Equations, tangent: &Function) -> Function {
         derivative
     };
     let speeds = || (0..n).map(SpeedId);
-    let by_position: Vec<_> = speeds().map(|speed| along(Moving::Position(speed))).collect();
-    let by_speed: Vec<_> = speeds().map(|speed| along(Moving::Rate(speed))).collect();
-    let by_time = along(Moving::Time);
+    let parameters = (0..equations.topology.mechanism.parameters.len()).map(ParameterId);
+    let derivatives: Vec<(&'static str, Vec<Vec<Value>>)> = match kind {
+        FunctionKind::JacobianParams => {
+            vec![("dp", parameters.map(|id| along(Moving::Parameter(id))).collect())]
+        }
+        _ => vec![
+            ("dq", speeds().map(|speed| along(Moving::Position(speed))).collect()),
+            ("du", speeds().map(|speed| along(Moving::Rate(speed))).collect()),
+            ("dt", vec![along(Moving::Time)]),
+        ],
+    };
     let matrix = |name, columns: &[Vec<Value>]| {
         let entries = (0..n).flat_map(|row| columns.iter().map(move |column| column[row]));
         Output { name, rows: n, columns: columns.len(), entries: entries.collect() }
     };
-    let outputs = vec![
-        matrix("acceleration", std::slice::from_ref(&acceleration)),
-        matrix("dq", &by_position),
-        matrix("du", &by_speed),
-        matrix("dt", &[by_time]),
-        factors.margin(&mut code),
-    ];
-    code.finish(FunctionKind::Jacobian, outputs)
+    let mut outputs = vec![matrix("acceleration", std::slice::from_ref(&acceleration))];
+    outputs.extend(derivatives.iter().map(|(name, columns)| matrix(*name, columns)));
+    outputs.push(factors.margin(&mut code));
+    code.finish(kind, outputs)
 }
 
 /// Whether a value of the tangent changes with the direction, by its name.

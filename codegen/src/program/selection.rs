@@ -1,6 +1,6 @@
 //! Which functions of a mechanism a backend writes.
 
-use super::ir::{Function, Interface, Program};
+use super::ir::{Function, Interface, Op, Program, Slot, Value};
 use super::signature::{FunctionKind, Role};
 
 /// Every function at once, among the names of functions.
@@ -11,13 +11,15 @@ const NOTHING: &str = "none";
 
 /// A set of functions. Those that every motion needs are in every set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Selection(u16);
+pub struct Selection(u32);
 
 impl Default for Selection {
-    /// Everything but the unrolled Jacobian, which is longer than all other functions together: the
+    /// Everything but the unrolled derivatives, which are longer than all other functions together: the
     /// runtime differentiates through the tangent function instead.
     fn default() -> Self {
-        Self::of(optional().filter(|&kind| kind != FunctionKind::Jacobian))
+        let is_asked_for =
+            |kind| matches!(kind, FunctionKind::Jacobian | FunctionKind::JacobianParams);
+        Self::of(optional().filter(|&kind| !is_asked_for(kind)))
     }
 }
 
@@ -102,7 +104,7 @@ impl Program {
 
     /// The option of the command that chooses the functions that the program has, as [`Selection::option`]. What the
     /// mechanism has nothing for does not count as left out: momenta without a free body, gaps without contacts,
-    /// control without controllers, a projection without loops. The unrolled Jacobian does.
+    /// control without controllers, a projection without loops.
     pub fn option(&self) -> String {
         let Interface { free, controllers, contacts, loops, .. } = &self.interface;
         let absent = [
@@ -125,11 +127,70 @@ impl Program {
             }
             Function { kind: function.kind, instructions: Vec::new(), outputs: Vec::new() }
         });
-        Self {
+        let mut program = Self {
             interface: self.interface.clone(),
             facts: self.facts.clone(),
             functions: functions.collect(),
+        };
+        program.forget_unread_numbers();
+        program
+    }
+
+    /// Leaves out the numbers of the drawing that no function reads, with what computes them.
+    fn forget_unread_numbers(&mut self) {
+        let mut places = vec![None; self.interface.drawn];
+        let ops = self.functions.iter().flat_map(|function| &function.instructions);
+        for instruction in ops {
+            if let Op::Load(Slot::Drawn(place)) = instruction.op {
+                places[place] = Some(0);
+            }
         }
+        for (index, place) in places.iter_mut().flatten().enumerate() {
+            *place = index;
+        }
+        let read = places.iter().flatten().count();
+        if read == self.interface.drawn {
+            return;
+        }
+        self.interface.drawn = read;
+        for instruction in self.functions.iter_mut().flat_map(|it| &mut it.instructions) {
+            if let Op::Load(Slot::Drawn(place)) = &mut instruction.op {
+                *place = places[*place].unwrap_or(*place);
+            }
+        }
+        let drawing = &mut self.functions[FunctionKind::Drawing as usize];
+        for output in &mut drawing.outputs {
+            let kept = output.entries.iter().zip(&places).filter(|(_, place)| place.is_some());
+            output.entries = kept.map(|(entry, _)| *entry).collect();
+            output.rows = read;
+        }
+        drawing.forget_unused();
+    }
+}
+
+impl Function {
+    /// Leaves out instructions on which no output depends.
+    pub fn forget_unused(&mut self) {
+        let mut is_used = vec![false; self.instructions.len()];
+        let entries = || self.outputs.iter().flat_map(|output| &output.entries);
+        entries().for_each(|entry| is_used[entry.index()] = true);
+        for (index, instruction) in self.instructions.iter().enumerate().rev() {
+            if is_used[index] {
+                instruction.op.operands().for_each(|operand| is_used[operand.index()] = true);
+            }
+        }
+        let mut places = vec![Value(usize::MAX); self.instructions.len()];
+        let mut kept = Vec::new();
+        for (index, mut instruction) in std::mem::take(&mut self.instructions).into_iter().enumerate() {
+            if is_used[index] {
+                places[index] = Value(kept.len());
+                instruction.op = instruction.op.map(|operand| places[operand.index()]);
+                kept.push(instruction);
+            }
+        }
+        self.instructions = kept;
+        let entries = self.outputs.iter_mut().flat_map(|output| &mut output.entries);
+        entries.for_each(|entry| *entry = places[entry.index()]);
     }
 }
 
@@ -157,7 +218,7 @@ mod tests {
     fn a_wrong_name_is_answered_with_the_right_ones() {
         let error = Selection::named(["acceleration", "projecton"]).unwrap_err().to_string();
         let expected = "`projecton`; there are poses, points, energy, contacts, gaps, reactions, momentum, control, \
-                        tangent, acceleration, projection, jacobian, `all`";
+                        tangent, acceleration, projection, jacobian, jacobian_params, `all`";
         assert!(error.contains(expected), "{error}");
     }
 }

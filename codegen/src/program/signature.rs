@@ -29,6 +29,7 @@ pub enum FunctionKind {
     Acceleration,
     Projection,
     Jacobian,
+    JacobianParams,
     Drawing,
 }
 
@@ -160,7 +161,7 @@ const MARGIN: Array = vector(
 );
 
 /// Every function, in the order of [`FunctionKind`].
-pub const SIGNATURES: [Signature; 16] = [
+pub const SIGNATURES: [Signature; 17] = [
     Signature {
         kind: FunctionKind::Equations,
         name: "equations",
@@ -363,6 +364,23 @@ pub const SIGNATURES: [Signature; 16] = [
             MARGIN,
         ],
         doc: "du/dt by elimination, and its derivatives",
+    },
+    Signature {
+        kind: FunctionKind::JacobianParams,
+        name: "jacobian_params",
+        role: Role::Solution,
+        inputs: STATE,
+        outputs: &[
+            vector("acceleration", Size::Speeds, "rad/s^2", "du/dt"),
+            array(
+                "dp",
+                Shape(Size::Speeds, Size::Parameters),
+                "rad/s^2",
+                "its derivative by the parameters, per unit of each in SI",
+            ),
+            MARGIN,
+        ],
+        doc: "du/dt by elimination, and its derivative by the parameters",
     },
     Signature {
         kind: FunctionKind::Drawing,

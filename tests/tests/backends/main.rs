@@ -8,6 +8,7 @@ mod compiled;
 mod compiled_random;
 mod config;
 mod generated;
+mod jacobian_params;
 mod jit;
 mod lanes;
 mod machine_code;

@@ -150,9 +150,10 @@ fn reverse(function: &Function, layout: Layout) -> (Function, Places) {
     }
     entries.append(&mut others);
     let output = Output { name: ADJOINTS, rows: entries.len(), columns: 1, entries };
-    let reversed =
+    let mut reversed =
         Function { kind: function.kind, instructions: tape.instructions, outputs: vec![output] };
-    (without_dead_code(reversed), places)
+    reversed.forget_unused();
+    (reversed, places)
 }
 
 /// The instructions of a function, and behind them those of its derivative.
@@ -375,30 +376,4 @@ impl Tape {
             self.subtract(x, back);
         }
     }
-}
-
-/// The function without instructions on which no output depends.
-fn without_dead_code(function: Function) -> Function {
-    let Function { kind, instructions, mut outputs } = function;
-    let mut lives = vec![false; instructions.len()];
-    outputs.iter().flat_map(|it| &it.entries).for_each(|entry| lives[entry.index()] = true);
-    for (index, instruction) in instructions.iter().enumerate().rev() {
-        if lives[index] {
-            instruction.op.operands().for_each(|operand| lives[operand.index()] = true);
-        }
-    }
-    let mut places = vec![Value(usize::MAX); instructions.len()];
-    let mut kept = Vec::new();
-    for (index, mut instruction) in instructions.into_iter().enumerate() {
-        if lives[index] {
-            places[index] = Value(kept.len());
-            instruction.op = instruction.op.map(|operand| places[operand.index()]);
-            kept.push(instruction);
-        }
-    }
-    outputs
-        .iter_mut()
-        .flat_map(|it| &mut it.entries)
-        .for_each(|entry| *entry = places[entry.index()]);
-    Function { kind, instructions: kept, outputs }
 }

@@ -141,7 +141,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
 }
 
 /// The functions that the algorithms of a C module call.
-const KINDS: [FunctionKind; 12] = [
+const KINDS: [FunctionKind; 14] = [
     FunctionKind::Drawing,
     FunctionKind::Equations,
     FunctionKind::Closure,
@@ -154,6 +154,8 @@ const KINDS: [FunctionKind; 12] = [
     FunctionKind::Control,
     FunctionKind::Acceleration,
     FunctionKind::Projection,
+    FunctionKind::Jacobian,
+    FunctionKind::JacobianParams,
 ];
 
 /// Returns the functions that a mechanism has, without those that write nothing.

@@ -8,7 +8,7 @@ use crate::backend::text::wrap;
 use crate::program::{Argument, Array, FunctionKind, Interface, Program, Shape, Size};
 
 /// The functions of the program that the C interface offers directly.
-pub const OFFERED: [FunctionKind; 8] = [
+pub const OFFERED: [FunctionKind; 10] = [
     FunctionKind::Equations,
     FunctionKind::Closure,
     FunctionKind::Poses,
@@ -17,6 +17,8 @@ pub const OFFERED: [FunctionKind; 8] = [
     FunctionKind::Contacts,
     FunctionKind::Momentum,
     FunctionKind::Control,
+    FunctionKind::Jacobian,
+    FunctionKind::JacobianParams,
 ];
 
 /// A function that the C interface offers directly.

@@ -265,6 +265,26 @@ fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> Tok
             }
         });
     }
+    if has(program, FunctionKind::JacobianParams) {
+        let jacobian = method(FunctionKind::JacobianParams);
+        functions.extend(quote! {
+            fn write_jacobian_params(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar],
+                acceleration: &mut [#scalar], dp: &mut [#scalar],
+            ) -> ::core::result::Result<
+                ::core::option::Option<::lamc_runtime::plumbing::Margin<#scalar>>,
+                ::lamc_runtime::Error,
+            > {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                let margin = &mut [#zero; 2];
+                self.#jacobian(
+                    t, exactly(q)?, exactly(u)?, exactly_mut(acceleration)?, exactly_mut(dp)?, margin,
+                );
+                let [inverse_pivot, conditioning] = *margin;
+                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
+            }
+        });
+    }
     functions
 }
 

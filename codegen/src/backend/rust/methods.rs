@@ -132,6 +132,23 @@ fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
             }
         });
     }
+    if has(program, FunctionKind::JacobianParams) {
+        let [parameters, inputs] = [interface.parameters.len(), interface.inputs.len()].map(number);
+        methods.extend(quote! {
+            /// du/dt and its derivative by the parameters, in their order.
+            ///
+            /// # Errors
+            ///
+            /// As [`derivatives_along`](fn@::lamc_runtime::derivatives_along).
+            pub fn jacobian_params(
+                &self, t: #scalar, q: &[#scalar; #nq], u: &[#scalar; #n],
+            ) -> ::core::result::Result<
+                ::lamc_runtime::JacobianParams<#scalar, #n, #parameters>, #error
+            > {
+                ::lamc_runtime::plumbing::jacobian_params::<_, #n, #parameters, #inputs>(self, t, q, u)
+            }
+        });
+    }
     methods
 }
 

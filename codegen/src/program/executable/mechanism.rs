@@ -205,4 +205,16 @@ impl<E: Engine> Mechanism for Executable<E> {
         let at = State { t, q, u, ..State::default() };
         self.solve(FunctionKind::Jacobian, at, &mut [acceleration, dq, du, dt])
     }
+
+    fn write_jacobian_params(
+        &self,
+        t: f64,
+        q: &[f64],
+        u: &[f64],
+        acceleration: &mut [f64],
+        dp: &mut [f64],
+    ) -> Result<Option<Margin<f64>>, Error> {
+        let at = State { t, q, u, ..State::default() };
+        self.solve(FunctionKind::JacobianParams, at, &mut [acceleration, dp])
+    }
 }
