@@ -44,6 +44,10 @@ pub mod servo;
 #[rustfmt::skip]
 pub mod sixbar;
 
+/// A leg on a hinge, with the derivatives that an estimator needs.
+#[rustfmt::skip]
+pub mod swing;
+
 /// A triple pendulum.
 #[rustfmt::skip]
 pub mod triple_pendulum;

@@ -38,6 +38,7 @@ use std::path::{Path, PathBuf};
 pub use compare::{largest, largest_difference, maximum, relative_error};
 pub use designs::{Reference, designs, drawings, published};
 use lamc::pipeline::{self, Compiled};
+use lamc::program::Selection;
 use lamc::source::SourceFile;
 use lamc_runtime::{Dopri5, Mechanism};
 pub use not_checked::{is_there, not_checked};
@@ -64,8 +65,27 @@ pub const EXAMPLES: [&str; 9] = [
 pub const ROBOTS: [&str; 2] = ["crawler", "jumper"];
 
 /// The examples that `generated` has modules of.
-pub const MODULES: [&str; 8] =
-    ["pendulum", "triple_pendulum", "fourbar", "sixbar", "crawler", "jumper", "linkage", "servo"];
+pub const MODULES: [&str; 9] = [
+    "pendulum",
+    "triple_pendulum",
+    "fourbar",
+    "sixbar",
+    "crawler",
+    "jumper",
+    "linkage",
+    "servo",
+    "swing",
+];
+
+/// The functions of the module of an example in `generated/`.
+pub fn functions_of(module: &str) -> Selection {
+    let names = match module {
+        // What firmware needs to estimate parameters.
+        "swing" => ["acceleration", "jacobian", "jacobian_params"],
+        _ => return Selection::default(),
+    };
+    Selection::named(names).unwrap_or_default()
+}
 
 /// Compiles a file, or panics with its diagnostics.
 pub fn compile(path: &Path) -> Compiled {

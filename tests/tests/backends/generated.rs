@@ -3,7 +3,7 @@
 use lamc::backend::rust::Options;
 use lamc::pipeline::rust_module;
 use lamc_tests::golden::is_pinned;
-use lamc_tests::{MODULES, compile, workspace};
+use lamc_tests::{MODULES, compile, functions_of, workspace};
 
 #[test]
 fn modules_are_what_the_compiler_writes() {
@@ -25,5 +25,6 @@ fn bytes_do_not_depend_on_what_was_compiled_before() {
 
 fn written(name: &str) -> String {
     let compiled = compile(&workspace().join("examples").join(format!("{name}.yaml")));
-    rust_module(&compiled, &Options::default()).unwrap()
+    let options = Options { functions: functions_of(name), ..Options::default() };
+    rust_module(&compiled, &options).unwrap()
 }

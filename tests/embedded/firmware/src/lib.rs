@@ -1,7 +1,10 @@
-//! The robot of both firmware images, and its number type.
+//! What both firmware images do, and its number type.
 
 #![no_std]
 #![forbid(unsafe_code)]
+
+#[cfg(not(feature = "estimate"))]
+use lamc_embedded_motion::Motion;
 
 /// The number type of this build.
 #[cfg(feature = "double")]
@@ -10,9 +13,12 @@ pub type Real = f64;
 #[cfg(not(feature = "double"))]
 pub type Real = f32;
 
-/// The robot of this build.
-#[cfg(not(feature = "jumper"))]
-pub type Robot = lamc_generated::sixbar::Sixbar<Real>;
-/// The robot of this build.
+/// What this build does.
+#[cfg(not(any(feature = "jumper", feature = "estimate")))]
+pub type Work = Motion<lamc_generated::sixbar::Sixbar<Real>>;
+/// What this build does.
 #[cfg(feature = "jumper")]
-pub type Robot = lamc_generated::jumper::Jumper<Real>;
+pub type Work = Motion<lamc_generated::jumper::Jumper<Real>>;
+/// What this build does.
+#[cfg(feature = "estimate")]
+pub type Work = lamc_embedded_motion::Estimation<Real>;

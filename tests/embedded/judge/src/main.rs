@@ -1,7 +1,8 @@
 //! Compares the reports of targets with the results of this machine, and checks the limits of firmware.
 //!
 //! Each argument is a row of the table that is printed: `NAME;MOTION;REPORT;ELF`, where ELF may be
-//! left out. A name that ends in `!` is held to the limits. MOTION is `sixbar-f32`, `sixbar-f64` or `jumper-f32`, and may
+//! left out. A name that ends in `!` is held to the limits. MOTION is `sixbar-f32`, `sixbar-f64`, `jumper-f32` or
+//! `estimate-f32`, and may
 //! be followed by `=` and the report of a reference, to compare with instead of Rust on this machine.
 //! `docs/EMBEDDED.md` must have about the same numbers.
 
@@ -13,7 +14,7 @@ use std::error::Error;
 use std::process::ExitCode;
 use std::{env, fs};
 
-use lamc_embedded_motion::{Motion, Robot};
+use lamc_embedded_motion::{Estimation, Motion, Robot, Task};
 use lamc_generated::{jumper::Jumper, sixbar::Sixbar};
 use lamc_runtime::{Arithmetic, Scalar};
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
@@ -31,6 +32,9 @@ const STACK: u64 = 4 * 1024;
 const SIXBAR_IN_SINGLE: f64 = 8.6e-5;
 /// The jumper: 3.4e-4 m, by which it comes to rest elsewhere, as each impact of its landing multiplies small differences.
 const JUMPER_IN_SINGLE: f64 = 3.4e-4;
+
+/// How near the estimate of a stiffness has to come, as a share of it.
+const NEAR: f32 = 1e-3;
 
 /// What a row is compared with.
 struct Expected {
@@ -60,6 +64,24 @@ impl Expected {
         Ok(Self { coordinates, allowed, steps: M::STEPS })
     }
 
+    /// The estimation of a stiffness on this machine, which has to come near to the true one and to know how near.
+    fn estimation() -> Result<Self, Box<dyn Error>> {
+        let mut estimation =
+            Estimation::<f32>::assembled().map_err(|error| format!("{error:?}"))?;
+        for _ in 0..Estimation::<f32>::STEPS {
+            estimation.step().map_err(|error| format!("{error:?}"))?;
+        }
+        let (stiffness, deviation) = estimation.stiffness();
+        let error = (stiffness - 1.0).abs();
+        if !(error <= NEAR && error <= 3.0 * deviation && deviation <= NEAR) {
+            return Err(
+                format!("the stiffness is {stiffness} +- {deviation} of the true one").into()
+            );
+        }
+        let coordinates = estimation.coordinates().map(f64::from).collect();
+        Ok(Self { coordinates, allowed: 1e-4, steps: Estimation::<f32>::STEPS })
+    }
+
     /// The motion of this name, and the allowed difference of C from a reference.
     fn of(motion: &str) -> Result<(Self, f64), Box<dyn Error>> {
         Ok(match motion {
@@ -68,6 +90,7 @@ impl Expected {
             "sixbar-f32" => (Self::new::<Sixbar<f32>>(1e-4)?, 2.0 * SIXBAR_IN_SINGLE),
             "sixbar-f64" => (Self::new::<Sixbar<f64>>(1e-9)?, 1e-9),
             "jumper-f32" => (Self::new::<Jumper<f32>>(1e-4)?, 2.0 * JUMPER_IN_SINGLE),
+            "estimate-f32" => (Self::estimation()?, 1e-4),
             _ => return Err(format!("there is no motion {motion}").into()),
         })
     }

@@ -1,11 +1,40 @@
-//! The motions that every target computes, for a second each: the six-bar, released at its closed guess, and the jumper of
-//! the examples, which leaps off the ground, lands and comes to rest.
+//! What every target computes, for a second each: the six-bar, released at its closed guess; the jumper of the examples,
+//! which leaps off the ground, lands and comes to rest; and the estimation of a hinge's stiffness.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod estimate;
+
+pub use estimate::Estimation;
+
 use lamc_generated::{jumper::Jumper, sixbar::Sixbar};
 use lamc_runtime::{Arithmetic, Error, Mechanism, Rk4, Scalar, StateOf};
+
+/// What firmware does in each step.
+pub trait Task: Sized {
+    /// The type of its numbers.
+    type Number: Scalar;
+    /// Steps of a second.
+    const STEPS: u32;
+
+    /// The start.
+    ///
+    /// # Errors
+    ///
+    /// Those of the assembly.
+    fn assembled() -> Result<Self, Error>;
+
+    /// A step.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Rk4::step`].
+    fn step(&mut self) -> Result<(), Error>;
+
+    /// What is compared between targets.
+    fn coordinates(&self) -> impl Iterator<Item = Self::Number>;
+}
 
 /// A mechanism in motion.
 pub struct Motion<M: Mechanism> {
@@ -33,14 +62,13 @@ impl<S: Scalar> Robot for Jumper<S> {
     const STEP: f64 = 1e-4;
 }
 
-impl<M: Robot> Motion<M> {
+impl<M: Robot> Task for Motion<M> {
+    type Number = M::Scalar;
+    const STEPS: u32 = M::STEPS;
+
     /// The initial state, loops closed.
-    ///
-    /// # Errors
-    ///
-    /// Those of the assembly.
     #[inline(never)]
-    pub fn assembled() -> Result<Self, Error> {
+    fn assembled() -> Result<Self, Error> {
         let robot = M::default();
         let state = robot.assembled()?;
         let rk4 = Rk4::new(&robot);
@@ -48,15 +76,18 @@ impl<M: Robot> Motion<M> {
     }
 
     /// Advances the motion by a step of the classical Runge-Kutta method, with projection.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`Rk4::step`].
     #[inline(never)]
-    pub fn step(&mut self) -> Result<(), Error> {
+    fn step(&mut self) -> Result<(), Error> {
         self.rk4.step(&self.robot, &mut self.state, M::Scalar::from_f64(M::STEP))
     }
 
+    /// q, then u (m, rad, s).
+    fn coordinates(&self) -> impl Iterator<Item = M::Scalar> {
+        self.state.q.as_ref().iter().chain(self.state.u.as_ref()).copied()
+    }
+}
+
+impl<M: Robot> Motion<M> {
     /// The number of contact points.
     pub fn contacts(&self) -> usize {
         self.robot.dimensions().contacts
@@ -70,10 +101,5 @@ impl<M: Robot> Motion<M> {
     pub fn write_contacts(&self, out: &mut [M::Scalar]) -> Result<(), Error> {
         let StateOf::<M> { t, q, u } = &self.state;
         self.robot.write_contacts(*t, q.as_ref(), u.as_ref(), out)
-    }
-
-    /// q, then u (m, rad, s).
-    pub fn coordinates(&self) -> impl Iterator<Item = M::Scalar> {
-        self.state.q.as_ref().iter().chain(self.state.u.as_ref()).copied()
     }
 }

@@ -7,7 +7,7 @@ use core::panic::PanicInfo;
 use core::ptr;
 use core::sync::atomic::{AtomicU64, Ordering};
 
-use lamc_embedded_motion::{Motion, Robot};
+use lamc_embedded_motion::{Motion, Robot, Task as _};
 use lamc_generated::sixbar::Sixbar;
 use lamc_runtime::Scalar;
 

@@ -6,13 +6,13 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m::singleton;
-use lamc_embedded_firmware::Robot;
-use lamc_embedded_motion::Motion;
+use lamc_embedded_firmware::Work;
+use lamc_embedded_motion::Task as _;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    if let Ok(assembled) = Motion::<Robot>::assembled()
-        && let Some(motion) = singleton!(: Option<Motion<Robot>> = None)
+    if let Ok(assembled) = Work::assembled()
+        && let Some(motion) = singleton!(: Option<Work> = None)
     {
         let motion = motion.insert(assembled);
         while motion.step().is_ok() {

@@ -11,8 +11,8 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{Peripherals, SYST};
 use cortex_m::singleton;
 use cortex_m_semihosting::{debug, hprint, hprintln};
-use lamc_embedded_firmware::Robot;
-use lamc_embedded_motion::{Motion, Robot as _};
+use lamc_embedded_firmware::Work;
+use lamc_embedded_motion::Task as _;
 
 /// SysTick counts down from here.
 const RELOAD: u32 = 0x00ff_ffff;
@@ -57,12 +57,12 @@ fn report() -> Result<(), &'static str> {
     // SAFETY: `spin` touches nothing but its argument's register.
     let [short, long] = [10_000, 20_000].map(|n| ticks(&mut systick, || unsafe { spin(n) }).1);
 
-    let motion = singleton!(: Option<Motion<Robot>> = None).ok_or("the motion is taken")?;
-    let (assembled, assembly_stack) = depth(Motion::assembled);
+    let motion = singleton!(: Option<Work> = None).ok_or("the motion is taken")?;
+    let (assembled, assembly_stack) = depth(Work::assembled);
     let motion = motion.insert(assembled.map_err(|_| "the robot was not assembled")?);
 
     let (mut stack, mut sum, mut most) = (0, 0, 0);
-    for _ in 0..Robot::STEPS {
+    for _ in 0..Work::STEPS {
         let (done, taken) = ticks(&mut systick, || motion.step());
         done.map_err(|_| "a step failed")?;
         sum += u64::from(taken);
