@@ -111,7 +111,7 @@ impl Config {
 
     /// Chooses the functions that the modules contain besides those that every motion needs: `poses`, `points`,
     /// `energy`, `reactions`, `tangent`, `acceleration`, `projection`, `jacobian`; `all`; `none`. The default is all
-    /// but `jacobian`, which is longer than the rest of a module.
+    /// but `jacobian` and `jacobian_params`, which are longer than the rest of a module.
     ///
     /// Without `acceleration` or `projection`, the runtime uses its own algorithms, which take more
     /// time. Without `tangent`, nothing works that needs derivatives: Rosenbrock's method, equilibria, the

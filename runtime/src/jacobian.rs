@@ -14,6 +14,7 @@
 //! that open a loop the rank is kept constant.
 
 use crate::acceleration::{holds, not_finite};
+use crate::linear::copy;
 use crate::linearised::Linearised;
 use crate::plumbing::Dimensions;
 use crate::{Error, Mechanism};
@@ -94,7 +95,7 @@ pub(crate) fn differentiate<Y: Mechanism>(
         }
     }
     let mut linear = Linearised::at(system, t, q, u, workspace)?;
-    out.acceleration.copy_from_slice(linear.acceleration);
+    copy(out.acceleration, linear.acceleration)?;
     // Where rows depend on each other, what they say of an open state depends on which of them are used.
     let is_redundant = rank < rows;
     let which = if !(wanted && (linear.is_weak || is_redundant)) {
@@ -141,7 +142,7 @@ where
     }
     let mut linear = Linearised::at(system, t, q, u, workspace)?;
     let (acceleration, derivatives) = out.split_at_mut(n);
-    acceleration.copy_from_slice(linear.acceleration);
+    copy(acceleration, linear.acceleration)?;
     for (change, derivative) in changes.zip(derivatives.chunks_exact_mut(n.max(1))) {
         linear.along(change, derivative)?;
     }

@@ -6,8 +6,8 @@
 
 use crate::{Error, Scalar};
 
-pub use crate::integrate::rodasp;
 pub use crate::arrays::{forces, jacobian, jacobian_params, motor_torques};
+pub use crate::integrate::rodasp;
 pub use crate::jacobian::{Change, JacobianMut};
 pub use crate::workspace::workspace_len;
 

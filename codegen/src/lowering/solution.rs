@@ -54,7 +54,8 @@ pub fn functions(
     let parameters = topology.mechanism.parameters.len();
     let derivatives = |kind, directions: usize| {
         let small = tangent.instructions.len() * directions <= 10 * MOST_DERIVATIVES;
-        let differentiable = regular && small && directions > 0 && entries(equations) <= MOST_ENTRIES;
+        let differentiable =
+            regular && small && directions > 0 && entries(equations) <= MOST_ENTRIES;
         let function = differentiable.then(|| jacobian(equations, tangent, kind));
         best(kind, MOST_DERIVATIVES, function.into_iter().collect())
     };

@@ -181,7 +181,9 @@ impl Function {
         }
         let mut places = vec![Value(usize::MAX); self.instructions.len()];
         let mut kept = Vec::new();
-        for (index, mut instruction) in std::mem::take(&mut self.instructions).into_iter().enumerate() {
+        for (index, mut instruction) in
+            std::mem::take(&mut self.instructions).into_iter().enumerate()
+        {
             if is_used[index] {
                 places[index] = Value(kept.len());
                 instruction.op = instruction.op.map(|operand| places[operand.index()]);

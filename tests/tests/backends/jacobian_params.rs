@@ -72,7 +72,10 @@ fn programs_have_the_derivatives_of_dual_numbers() {
             let state = closed_state(&system, &mut random);
             let (rates, slopes) = expected(&compiled, &state.q, &state.u);
             let (mut a, mut dp) = (vec![0.0; rates.len()], vec![0.0; slopes.len()]);
-            system.write_jacobian_params(0.0, &state.q, &state.u, &mut a, &mut dp).unwrap().unwrap();
+            system
+                .write_jacobian_params(0.0, &state.q, &state.u, &mut a, &mut dp)
+                .unwrap()
+                .unwrap();
             assert!(relative_error(&a, &rates) < 1e-10, "{name}");
             // Each parameter by itself: they have different units.
             let count = system.parameters().len();
@@ -93,7 +96,8 @@ fn modules_have_it_on_request_only() {
     let compiled = compile(&workspace().join("examples/linkage.yaml"));
     let plain = compiled.program.only(Selection::default());
     assert!(plain.function_of(FunctionKind::JacobianParams).outputs.is_empty());
-    let asked = compiled.program.only(Selection::named(["acceleration", "jacobian_params"]).unwrap());
+    let asked =
+        compiled.program.only(Selection::named(["acceleration", "jacobian_params"]).unwrap());
     let bare = compiled.program.only(Selection::named(["acceleration"]).unwrap());
     assert!(asked.interface.drawn > bare.interface.drawn);
     for program in [plain, asked, bare] {

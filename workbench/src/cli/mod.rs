@@ -39,6 +39,7 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
@@ -97,7 +98,8 @@ struct Compile {
     #[arg(long, requires = "output")]
     extern_c: bool,
     /// Functions of the Rust or C module besides those that every motion needs: poses, points,
-    /// energy, contacts, gaps, reactions, momentum, tangent, acceleration, projection, jacobian; all; none. Default: all but jacobian
+    /// energy, contacts, gaps, reactions, momentum, control, tangent, acceleration, projection, jacobian, jacobian_params; all;
+    /// none. Default: all but the last two
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', conflicts_with = "python")]
     functions: Vec<String>,
     /// The number type; C takes `generic` for f64
@@ -340,8 +342,18 @@ fn report(diagnostics: &Diagnostics, file: &SourceFile) {
     let _ = write!(io::stderr(), "{}", diagnostics.render(file, color));
 }
 
+/// Reads a file. Standard input, which can be read once only, is kept: a command may need it twice.
 fn read(path: &str) -> Result<SourceFile, Failed> {
-    SourceFile::read(path).map_err(fail)
+    static STDIN: OnceLock<SourceFile> = OnceLock::new();
+    let is_stdin = path == "-";
+    if let Some(file) = STDIN.get().filter(|_| is_stdin) {
+        return Ok(file.clone());
+    }
+    let file = SourceFile::read(path).map_err(fail)?;
+    if is_stdin {
+        STDIN.get_or_init(|| file.clone());
+    }
+    Ok(file)
 }
 
 /// Reads a table or another file of numbers with `parse`, and reports what is wrong with it.

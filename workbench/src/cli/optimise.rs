@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     })?;
     let values = problem.parameters(&found.found[found.best].x);
     output::write(best, &to_yaml(&model.at(&values)))?;
-    let remarks = remarks(&problem, &found.found[found.best]);
+    let remarks = remarks(&problem, &found);
     if best == "-" {
         return Ok(());
     }

@@ -6,8 +6,9 @@
 use lamc::arithmetic::largest;
 use nalgebra::RowDVector;
 
+use super::Outcome;
 use super::evaluate::{Evaluation, Problem};
-use super::local::{Found, KEPT};
+use super::local::KEPT;
 
 /// A goal that is missed by less than this is met; it has no unit.
 const MET: f64 = 1e-6;
@@ -17,10 +18,17 @@ const PULLS: f64 = 1e-3;
 const AT_END: f64 = 1e-3;
 
 /// Remarks on the best design, a sentence each.
-pub fn remarks(problem: &Problem<'_>, best: &Found) -> Vec<String> {
+pub fn remarks(problem: &Problem<'_>, outcome: &Outcome) -> Vec<String> {
+    let best = &outcome.found[outcome.best];
     let mut remarks = Vec::new();
+    for &variable in &outcome.idle {
+        let name = &problem.goals.variables[variable].name;
+        remarks.push(format!("no goal and no constraint depends on `{name}`: it keeps its value"));
+    }
     let mut ends = Vec::new();
-    for (variable, share) in problem.goals.variables.iter().zip(&best.x) {
+    let varied = problem.goals.variables.iter().zip(&best.x).enumerate();
+    let varied = varied.filter(|(variable, _)| !outcome.idle.contains(variable));
+    for (_, (variable, share)) in varied {
         for (is_there, end) in [(*share < AT_END, "lower"), (*share > 1.0 - AT_END, "upper")] {
             if is_there {
                 ends.push(variable.name.as_str());

@@ -42,6 +42,8 @@ use local::search;
 
 /// Latin hypercubes that are drawn at most until there are enough designs that close.
 const ROUNDS: u64 = 50;
+/// A number whose slope over a range is less than this does not depend on the variable; it has no unit.
+const IDLE: f64 = 1e-12;
 /// A search reached the best design if its error is larger by at most this share,
 const SHARE: f64 = 1e-3;
 /// and by this, without a unit: a millionth of the size of the mechanism.
@@ -63,6 +65,8 @@ pub struct Outcome {
     pub best: usize,
     /// How many of them reached it.
     pub reached: usize,
+    /// The variables on which no goal and no constraint depends: the best design has the values of the model.
+    pub idle: Vec<usize>,
 }
 
 /// Why there is no outcome.
@@ -122,16 +126,55 @@ impl Problem<'_> {
         let has_reached =
             |it: &&Found| it.is_kept() == found[best].is_kept() && error(it) <= enough;
         let reached = found.iter().filter(has_reached).count();
-        Ok(Outcome { before: self.before(), drawn, best, reached, found })
+        let mut outcome =
+            Outcome { before: self.before(), drawn, best, reached, found, idle: Vec::new() };
+        outcome.idle = self.idle(&starts, &outcome.found[best].evaluation);
+        self.reset(&mut outcome);
+        Ok(outcome)
+    }
+
+    /// The variables on which nothing depends, at all starts and at the best design.
+    fn idle(&self, starts: &[Start], best: &Evaluation) -> Vec<usize> {
+        let evaluations = || starts.iter().map(|(_, evaluation)| evaluation).chain([best]);
+        let moves = |variable: usize| {
+            let slope = |number: &Number| number.slope[variable].abs();
+            evaluations().any(|at| {
+                let errors =
+                    at.goals.iter().flat_map(|it| it.errors.iter().flatten().chain(&it.spread));
+                let kept = at.constraints.iter().map(|kept| &kept.excess);
+                errors.chain(kept).any(|number| slope(number) > IDLE)
+            })
+        };
+        (0..self.variables()).filter(|variable| !moves(*variable)).collect()
+    }
+
+    /// Variables on which nothing depends get the values of the model in the best design, as far as that is in their ranges.
+    fn reset(&self, outcome: &mut Outcome) {
+        let best = &mut outcome.found[outcome.best];
+        let mut x = best.x.clone();
+        for &variable in &outcome.idle {
+            x[variable] = self.share(&self.goals.variables[variable]).clamp(0.0, 1.0);
+        }
+        // Elsewhere they might count after all.
+        let same = |evaluation: &Evaluation| {
+            evaluation.objective(&self.goals) <= best.objective + IDLE
+                && evaluation.excess() <= best.excess + IDLE
+        };
+        match self.evaluate(&x) {
+            Ok(evaluation) if same(&evaluation) && self.is_possible(&x).is_ok() => best.x = x,
+            _ => outcome.idle.clear(),
+        }
+    }
+
+    /// The value of the model as a share of a variable's range; not within 0 and 1 where it is outside.
+    fn share(&self, variable: &goals::Variable) -> f64 {
+        let [low, high] = variable.bounds;
+        (self.system.parameters()[variable.parameter] - low) / (high - low)
     }
 
     /// The design of the model, if it is within the ranges and can be evaluated.
     fn before(&self) -> Option<Evaluation> {
-        let share = |variable: &goals::Variable| {
-            let [low, high] = variable.bounds;
-            (self.system.parameters()[variable.parameter] - low) / (high - low)
-        };
-        let x: Vec<f64> = self.goals.variables.iter().map(share).collect();
+        let x: Vec<f64> = self.goals.variables.iter().map(|it| self.share(it)).collect();
         self.evaluate(&x).ok()
     }
 

@@ -67,7 +67,7 @@ impl<S: Scalar> Estimation<S> {
         let angle = of(RELEASED) * (-of(DECAY) * t).exp() * (cosine + of(DECAY) / frequency * sine);
         // Cut to a whole number, of positive ones.
         let counts = (angle * of(COUNTS / TAU) + of(COUNTS + 0.5)).to_f32() as i32;
-        of(f64::from(counts as f32) - COUNTS) * of(TAU / COUNTS)
+        (of(f64::from(counts as f32)) - of(COUNTS)) * of(TAU / COUNTS)
     }
 
     /// The state and its covariance a step later.

@@ -71,7 +71,14 @@ impl Reader<'_> {
             }
         }
         let limits = entries(fields.get("constraints"), "constraints", &mut self.found);
-        let constraints = limits.iter().flat_map(|entry| self.constraints(entry)).collect();
+        let mut constraints = Vec::new();
+        for entry in limits {
+            for constraint in self.constraints(entry) {
+                self.agree(&constraints, &constraint, entry.key.span);
+                constraints.push((constraint, entry.key.span));
+            }
+        }
+        let constraints = constraints.into_iter().map(|(constraint, _)| constraint).collect();
         let norm = self.word(&fields, "norm", NORMS).map(|word| match word {
             "max" => Norm::Max,
             _ => Norm::Squares,
@@ -246,6 +253,25 @@ impl Reader<'_> {
         };
         let within = self.within(&fields, &aim);
         Some(Goal { name, weight: weight?, aim, within })
+    }
+
+    /// Reports a limit that cannot be kept together with an earlier one of the same number.
+    fn agree(&mut self, others: &[(Constraint, Span)], constraint: &Constraint, at: Span) {
+        let contradicts = |other: &Constraint| match (other.wanted, constraint.wanted) {
+            (Wanted::AtMost(most), Wanted::AtLeast(least))
+            | (Wanted::AtLeast(least), Wanted::AtMost(most)) => least > most,
+            _ => false,
+        };
+        let of_same = others.iter().filter(|(other, _)| other.measure == constraint.measure);
+        if let Some((other, span)) = of_same.into_iter().find(|(other, _)| contradicts(other)) {
+            let message = format!("no number keeps both limits of `{}`", constraint.name);
+            let error = Diagnostic::error(codes::BAD_GOALS, at, message);
+            let error = match other.name == constraint.name {
+                true => error,
+                false => error.also(*span, "the other limit"),
+            };
+            self.found.push(error.hint("`at_least` must not be more than `at_most`"));
+        }
     }
 
     /// How far a built robot may be from what a goal aims at.

@@ -74,7 +74,7 @@ fn a_stiffness_is_found_for_an_angle_within_a_limit_of_mass() {
     assert!((values[0] - 1e-3 / 0.4).abs() < 1e-8, "{}", values[0]);
     assert!((values[2] - 2.5e-3).abs() < 1e-8, "{}", values[2]);
     assert!(best.is_kept());
-    let remarks = remarks(&problem, best);
+    let remarks = remarks(&problem, &outcome);
     assert!(remarks.iter().any(|it| it == "at its limit: `light`"), "{remarks:?}");
 }
 
@@ -93,7 +93,7 @@ fn constraints_that_cannot_be_kept_are_named() {
     let outcome = optimised(&problem);
     let best = &outcome.found[outcome.best];
     assert!(!best.is_kept());
-    let remarks = remarks(&problem, best);
+    let remarks = remarks(&problem, &outcome);
     assert!(remarks.iter().any(|it| it == "no design was found that keeps `quick`"), "{remarks:?}");
     // The nearest design is the stiffest one.
     assert!(best.x[0] > 0.99, "{:?}", best.x);
@@ -116,7 +116,7 @@ fn goals_that_are_against_each_other_are_named() {
     let outcome = optimised(&problem);
     let best = &outcome.found[outcome.best];
     assert!((best.evaluation.goals[0].value - 0.35).abs() < 1e-6);
-    let remarks = remarks(&problem, best);
+    let remarks = remarks(&problem, &outcome);
     assert_eq!(
         remarks,
         [
@@ -172,4 +172,26 @@ fn a_joint_on_its_stop_stays_there() {
     assert_eq!((at.goals[0].value, slopes[0]), (0.2, 0.0));
     assert!((at.goals[1].value - 0.5e-3 / k).abs() < 1e-12, "{}", at.goals[1].value);
     assert!((slopes[1] + 0.5e-3 / (k * k) * 3e-3).abs() < 1e-9, "{}", slopes[1]);
+}
+
+/// Nothing depends on the length without a frequency: it stays as it is, and the search says so.
+#[test]
+fn a_parameter_without_influence_keeps_its_value() {
+    let compiled = compiled(ROD);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {}, l: {} }
+        starts: 4
+        goals: { bend: { angle: hinge, target: 0.4 } }
+        ",
+    );
+    let outcome = optimised(&problem);
+    let best = &outcome.found[outcome.best];
+    let values = problem.parameters(&best.x);
+    assert!((values[0] - 1e-3 / 0.4).abs() < 1e-8, "{}", values[0]);
+    assert!((values[1] - 0.020).abs() < 1e-15, "{}", values[1]);
+    assert_eq!(outcome.idle, [1]);
+    let remarks = remarks(&problem, &outcome);
+    assert_eq!(remarks, ["no goal and no constraint depends on `l`: it keeps its value"]);
 }

@@ -178,3 +178,28 @@ fn a_parameter_of_a_drive_cannot_vary() {
     let found = Goals::read(&file(goals), &compiled).unwrap_err().to_string();
     assert!(found.contains("a prescribed angle depends on `rocker`"), "{found}");
 }
+
+#[test]
+fn limits_that_contradict_each_other_are_refused() {
+    let compiled = compiled(MODEL);
+    let read = |constraints: &str| {
+        let goals = format!(
+            "{{ parameters: {{ crank: {{}} }}, goals: {{ bend: {{ angle: j0, target: 1 }} }}, constraints: {{ {constraints} }} }}"
+        );
+        Goals::read(&file(&goals), &compiled).map_err(|problems| problems.to_string())
+    };
+    for wrong in [
+        "a: { mass: all, at_least: 3 g, at_most: 2 g }",
+        "a: { mass: all, at_least: 3 g }, b: { mass: all, at_most: 2 g }",
+        "a: { mass: all, at_most: 2 g }, b: { mass: all, at_least: 3 g }",
+    ] {
+        let text = read(wrong).unwrap_err();
+        assert!(text.contains("no number keeps both limits of"), "{text}");
+    }
+    for right in [
+        "a: { mass: all, at_least: 2 g, at_most: 2 g }",
+        "a: { mass: all, at_least: 3 g }, b: { mass: arm, at_most: 2 g }",
+    ] {
+        assert!(read(right).is_ok(), "{right}");
+    }
+}
