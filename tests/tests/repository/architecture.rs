@@ -84,7 +84,7 @@ const FLOORS: [Floors; 5] = [
             ("simulation", &["execution", "motion"]),
             ("adjoint", &["execution", "simulation"]),
             ("sweep", &["execution", "reading", "rest", "simulation"]),
-            ("optimise", &["execution", "reading", "rest", "simulation", "sweep"]),
+            ("optimise", &["adjoint", "execution", "reading", "rest", "simulation", "sweep"]),
             ("check", &["execution", "linear", "simulation"]),
             ("verify", &["execution", "motion", "simulation"]),
             ("scene", &["motion"]),

@@ -136,6 +136,12 @@ impl Differentiated {
         }
     }
 
+    /// The same mechanism with other parameters and inputs, those of `system`.
+    #[must_use]
+    pub fn with(&self, system: Jit) -> Self {
+        Self { system, ..self.clone() }
+    }
+
     /// Compiles what a motion needs now, instead of after some hundred calls.
     pub fn compile(&self) {
         let kinds = [FunctionKind::Acceleration, FunctionKind::Projection];

@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use lamc::source::schema::{ANGLE, LENGTH};
 use lamc::source::{self, SourceModel, to_yaml};
-use lamc_workbench::optimise::goals::{Aim, Measure, Moved, Stroke, Wanted};
+use lamc_workbench::optimise::goals::{Aim, Measure, Moved, Moving, OfState, Stroke, Wanted};
 use lamc_workbench::optimise::{
     Failure, Goals, KEPT, Kept, Outcome as Optimum, Problem, Reached, remarks,
 };
@@ -103,7 +103,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let model = declared(&start.model, &goals)?;
     interrupt::listen()?;
     let bar = progress::bar(goals.starts as usize);
-    let problem = Problem { compiled: &compiled, system, goals };
+    let problem = Problem::new(&compiled, system, goals);
     let begun = Instant::now();
     let found = problem.optimise(threads, &interrupt::is_asked_for, &|| bar.inc(1));
     bar.finish_and_clear();
@@ -287,11 +287,15 @@ pub(super) fn shown_goal(problem: &Problem<'_>, index: usize, all: usize) -> (f6
 /// A unit for people, and the factor to it.
 fn shown(measure: Measure) -> (f64, &'static str) {
     match measure {
-        Measure::Angle(_) => (1_f64.to_degrees(), "deg"),
-        Measure::Position { .. } => (1e3, "mm"),
+        Measure::Angle(_) | Measure::Moving(Moving { of: OfState::Angle(_), .. }) => {
+            (1_f64.to_degrees(), "deg")
+        }
+        Measure::Position { .. } | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => {
+            (1e3, "mm")
+        }
         Measure::Frequency(_) => (1.0, "Hz"),
         Measure::Mass(_) => (1e3, "g"),
-        Measure::Energy => (1e3, "mJ"),
+        Measure::Energy | Measure::Moving(_) => (1e3, "mJ"),
         Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => (1_f64.to_degrees(), "deg"),
         Measure::Stroke(_) => (1e3, "mm"),
     }

@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     interrupt::listen()?;
     let builds = robots * (1 + goals.tolerances.len() as u64);
     let bar = progress::bar(builds as usize);
-    let problem = Problem { compiled: &compiled, system, goals };
+    let problem = Problem::new(&compiled, system, goals);
     let found = problem
         .built_robots(*robots, threads, &interrupt::is_asked_for, &|| bar.inc(1))
         .map_err(|reason| fail(format_args!("the design itself: {reason}")));

@@ -58,6 +58,11 @@ impl<'c> Design<'c> {
         design
     }
 
+    /// Of each variable, the parameter and the width of its range.
+    pub fn widths(&self) -> &[(usize, f64)] {
+        &self.widths
+    }
+
     /// The number of variables.
     pub fn variables(&self) -> usize {
         self.widths.len()

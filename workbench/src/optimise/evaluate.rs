@@ -9,10 +9,12 @@ use nalgebra::RowDVector;
 
 use super::balance::{Resting, frequency, rest};
 use super::design::{Design, parameters};
-use super::goals::{Aim, Goal, Goals, Measure, Moved, Norm, Stroke, Wanted};
+use super::goals::{Aim, Goal, Goals, Measure, Moved, Moving, Norm, OfState, Stroke, Wanted};
+use super::motion::at;
 use super::number::{Number, length};
 use super::path::trace;
 use super::stroke::stroke;
+use crate::adjoint::Differentiated;
 use crate::execution::Jit;
 
 /// Step of central differences, as a share of a range. What is differenced has an error e of 1e-12 from Newton's method,
@@ -28,6 +30,8 @@ pub struct Problem<'c> {
     pub system: Jit,
     /// The goals.
     pub goals: Goals,
+    /// The mechanism in reverse mode; only where there is a goal about a motion.
+    pub(super) differentiated: Option<Differentiated>,
 }
 
 /// A design as it is.
@@ -66,7 +70,20 @@ pub struct Kept {
     pub excess: Number,
 }
 
-impl Problem<'_> {
+impl<'c> Problem<'c> {
+    /// The goals for a model; `system` has the parameters that do not vary.
+    pub fn new(compiled: &'c Compiled, system: Jit, goals: Goals) -> Self {
+        let of_goals = goals.goals.iter().filter_map(|goal| match &goal.aim {
+            Aim::Number(measure, _) => Some(*measure),
+            Aim::Path(_) => None,
+        });
+        let mut measures = of_goals.chain(goals.constraints.iter().map(|it| it.measure));
+        let differentiated = measures
+            .any(|measure| matches!(measure, Measure::Moving(_)))
+            .then(|| Differentiated::new(&compiled.program, system.clone()));
+        Self { compiled, system, goals, differentiated }
+    }
+
     /// The number of variables.
     pub fn variables(&self) -> usize {
         self.goals.variables.len()
@@ -167,11 +184,14 @@ impl Problem<'_> {
     /// The error of a number, without a unit; positive where a limit is exceeded.
     fn error(&self, measure: Measure, number: &Number, wanted: Wanted) -> Number {
         let scale = match measure {
-            Measure::Angle(_) => 1.0,
-            Measure::Position { .. } => self.system.size(),
+            Measure::Angle(_) | Measure::Moving(Moving { of: OfState::Angle(_), .. }) => 1.0,
+            Measure::Position { .. }
+            | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => self.system.size(),
             Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => 1.0,
             Measure::Stroke(_) => self.system.size(),
-            Measure::Frequency(_) | Measure::Mass(_) | Measure::Energy => wanted.value().abs(),
+            Measure::Frequency(_) | Measure::Mass(_) | Measure::Energy | Measure::Moving(_) => {
+                wanted.value().abs()
+            }
         };
         let sign = if matches!(wanted, Wanted::AtLeast(_)) { -1.0 } else { 1.0 };
         number.scaled(wanted.value(), sign / scale)
@@ -192,6 +212,13 @@ impl Problem<'_> {
             }),
             Measure::Mass(body) => self.differences(x, |x| self.mass(body, &self.parameters(x))),
             Measure::Stroke(of) => stroke(&of, design),
+            Measure::Moving(moving) => match &self.differentiated {
+                Some(differentiated) => {
+                    let differentiated = differentiated.with(design.system.clone());
+                    at(self.compiled, &differentiated, design, moving)
+                }
+                None => Err("no motion was prepared".to_owned()),
+            },
             Measure::Angle(_) | Measure::Position { .. } | Measure::Energy => {
                 let resting = match resting {
                     Some(known) => known,

@@ -14,6 +14,7 @@ mod drive;
 mod evaluate;
 pub mod goals;
 mod local;
+mod motion;
 mod number;
 mod path;
 mod robots;

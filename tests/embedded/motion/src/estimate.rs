@@ -15,7 +15,7 @@
 //!
 //! k counts in units of the stiffness that the module has.
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::TAU;
 
 use lamc_generated::swing::{Params, Swing};
 use lamc_runtime::{Error, Mechanism as _, Rk4, Scalar, State};
@@ -24,6 +24,8 @@ use crate::Task;
 
 /// Positions of the encoder in a turn: 12 bits.
 const COUNTS: f64 = 4096.0;
+/// The variance of an angle that is rounded to counts, rad^2.
+const VARIANCE: f64 = TAU / COUNTS * (TAU / COUNTS) / 12.0;
 /// The length of a step, s.
 const STEP: f64 = 1e-3;
 /// The stiffness with which the filter begins, in units of the true one.
@@ -65,9 +67,10 @@ impl<S: Scalar> Estimation<S> {
         let frequency = of(TRUE_STIFFNESS / INERTIA - DECAY * DECAY).sqrt();
         let (sine, cosine) = (frequency * t).sin_cos();
         let angle = of(RELEASED) * (-of(DECAY) * t).exp() * (cosine + of(DECAY) / frequency * sine);
-        // Cut to a whole number, of positive ones.
-        let counts = (angle * of(COUNTS / TAU) + of(COUNTS + 0.5)).to_f32() as i32;
-        (of(f64::from(counts as f32)) - of(COUNTS)) * of(TAU / COUNTS)
+        // A number of this size has no digits behind the point, so that the sum is rounded to whole counts.
+        let large = of(1.5) / S::EPSILON;
+        let counts = (angle * of(COUNTS / TAU) + large) - large;
+        counts * of(TAU / COUNTS)
     }
 
     /// The state and its covariance a step later.
@@ -98,7 +101,7 @@ impl<S: Scalar> Estimation<S> {
     /// Takes what the encoder shows into account.
     fn correct(&mut self, shown: S) {
         let covariance = &mut self.covariance;
-        let sum = covariance[0][0] + S::from_f64(variance());
+        let sum = covariance[0][0] + S::from_f64(VARIANCE);
         let gain: [S; 3] = core::array::from_fn(|i| covariance[i][0] / sum);
         let error = shown - self.state.q[0];
         self.state.q[0] += gain[0] * error;
@@ -112,12 +115,6 @@ impl<S: Scalar> Estimation<S> {
     }
 }
 
-/// The variance of a number that is rounded to counts, rad^2.
-fn variance() -> f64 {
-    let count = 2.0 * PI / COUNTS;
-    count * count / 12.0
-}
-
 impl<S: Scalar> Task for Estimation<S> {
     type Number = S;
     const STEPS: u32 = 1_000;
@@ -129,9 +126,10 @@ impl<S: Scalar> Task for Estimation<S> {
         let mut state = leg.initial();
         state.q[0] = Self::encoder(state.t);
         let mut covariance = [[S::ZERO; 3]; 3];
-        let begin = [variance(), SPEED * SPEED, STIFFNESS * STIFFNESS];
+        // As numbers of this type: a loop would convert them on the board.
+        let begin = [of(VARIANCE), of(SPEED * SPEED), of(STIFFNESS * STIFFNESS)];
         for (i, variance) in begin.into_iter().enumerate() {
-            covariance[i][i] = of(variance);
+            covariance[i][i] = variance;
         }
         Ok(Self { leg, rk4, state, stiffness: of(GUESS), covariance })
     }

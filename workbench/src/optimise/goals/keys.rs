@@ -1,7 +1,7 @@
 //! The keys of a file of goals, as data: one table for each kind of mapping, as those of the model file.
 
 use lamc::source::schema::{
-    ANGLE, Key, Kind, LENGTH, Mapping, NUMBER, Presence, Range, Value, key,
+    ANGLE, Key, Kind, LENGTH, Mapping, NUMBER, Presence, Range, TIME, Value, key,
 };
 
 use crate::sweep::plan::DISTRIBUTION;
@@ -14,7 +14,7 @@ pub const NORMS: &[&str] = &["squares", "max"];
 /// The words of `plane`, each with the coordinates that it has.
 pub const PLANES: &[&str] = &["xyz", "xy", "xz", "yz"];
 /// The words of `energy`.
-pub const ENERGIES: &[&str] = &["potential"];
+pub const ENERGIES: &[&str] = &["kinetic", "potential"];
 /// The words of `timed`.
 pub const ANSWERS: &[&str] = &["true", "false"];
 
@@ -150,7 +150,7 @@ const ENERGY: Key = measure(
     "energy",
     Value::Word(ENERGIES),
     "potential",
-    "The energy at rest: that of gravity and springs.",
+    "The energy at rest: that of gravity and springs; with `at`, also the kinetic energy.",
 );
 const STROKE_OF: Key = measure(
     "stroke",
@@ -158,6 +158,16 @@ const STROKE_OF: Key = measure(
     "{ point: pen, drive: crank, angles: [0deg, 90deg] }",
     "How far a point or a joint moves while another joint is turned.",
 );
+const AT: Key = Key {
+    range: Range::Positive,
+    ..key(
+        "at",
+        Value::Number(&TIME),
+        Presence::Optional("at rest"),
+        "0.2 s",
+        "The time at which an angle, a position or an energy counts, of the motion from the initial state with constant inputs.",
+    )
+};
 const AT_MOST: Key =
     key("at_most", Value::Parameter, LIMIT, "3 g", "The value that it must not exceed.");
 const AT_LEAST: Key =
@@ -184,6 +194,7 @@ pub static GOAL: Mapping = Mapping {
         MASS,
         ENERGY,
         STROKE_OF,
+        AT,
         key(
             "target",
             Value::Parameter,
@@ -352,6 +363,6 @@ pub static CONSTRAINT: Mapping = Mapping {
     title: "Constraints",
     path: "constraints.<constraint>",
     doc: "A number with one limit or both.",
-    keys: &[ANGLE_AT_REST, POSITION, FREQUENCY, MASS, ENERGY, STROKE_OF, AT_MOST, AT_LEAST],
+    keys: &[ANGLE_AT_REST, POSITION, FREQUENCY, MASS, ENERGY, STROKE_OF, AT, AT_MOST, AT_LEAST],
     choices: &[&[&["angle"], &["position"], &["frequency"], &["mass"], &["energy"], &["stroke"]]],
 };

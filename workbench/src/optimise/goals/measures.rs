@@ -6,7 +6,7 @@ use lamc::source::{Span, read_in};
 
 use super::keys::{ENERGIES, STROKE};
 use super::read::Reader;
-use super::{Measure, Moved, Stroke, Wanted};
+use super::{Measure, Moved, Moving, OfState, Stroke, Wanted};
 use crate::reading::Terms;
 
 /// The keys of measures.
@@ -27,6 +27,31 @@ impl Reader<'_> {
             self.unless_told(at, known, format!("give one of {path}{measures}"));
             return None;
         };
+        let measure = self.measured(fields, entry)?;
+        let Some(at) = fields.entry("at") else {
+            if matches!(measure, Measure::Moving(_)) {
+                self.wrong(entry.value.span, "the kinetic energy needs a time: at rest it is 0");
+                return None;
+            }
+            return Some(measure);
+        };
+        let time = self.number(fields, "at", "s");
+        let of = match measure {
+            Measure::Angle(joint) => OfState::Angle(joint),
+            Measure::Position { point, axis } => OfState::Position { point, axis },
+            Measure::Energy => OfState::Energy(1),
+            Measure::Moving(Moving { of, .. }) => of,
+            Measure::Frequency(_) | Measure::Mass(_) | Measure::Stroke(_) => {
+                let key = &entry.key.value;
+                self.wrong(at.key.span, format!("`{key}` does not depend on the time"));
+                return None;
+            }
+        };
+        Some(Measure::Moving(Moving { of, at: time? }))
+    }
+
+    /// The number of a key, at rest.
+    fn measured(&mut self, fields: &Fields, entry: &Entry) -> Option<Measure> {
         let (node, text) = (&entry.value, text(&entry.value));
         let names = |all: &[String]| all.to_vec();
         match entry.key.value.as_str() {
@@ -56,7 +81,10 @@ impl Reader<'_> {
                 }
                 Some(Measure::Frequency(mode as usize - 1))
             }
-            "energy" => self.one_of(node, ENERGIES).map(|_| Measure::Energy),
+            "energy" => self.one_of(node, ENERGIES).map(|word| match word {
+                "kinetic" => Measure::Moving(Moving { of: OfState::Energy(0), at: 0.0 }),
+                _ => Measure::Energy,
+            }),
             "stroke" => self.stroke(entry).map(Measure::Stroke),
             _ if text == ALL => Some(Measure::Mass(None)),
             _ => {
@@ -88,7 +116,9 @@ impl Reader<'_> {
                 Measure::Frequency(_) | Measure::Mass(_) => {
                     (value <= 0.0).then_some("must be more than 0")
                 }
-                Measure::Energy => (value == 0.0).then_some("must not be 0"),
+                Measure::Energy | Measure::Moving(Moving { of: OfState::Energy(_), .. }) => {
+                    (value == 0.0).then_some("must not be 0")
+                }
                 _ => None,
             };
             if let Some(wrong) = wrong {
@@ -103,11 +133,14 @@ impl Reader<'_> {
     /// A number of the dimension of a measure, SI.
     pub(super) fn number_of(&mut self, measure: Measure, node: &Node) -> Option<f64> {
         match measure {
-            Measure::Angle(_) => self.angle(node),
-            Measure::Position { .. } => self.read(node, "m"),
+            Measure::Angle(_) | Measure::Moving(Moving { of: OfState::Angle(_), .. }) => {
+                self.angle(node)
+            }
+            Measure::Position { .. }
+            | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => self.read(node, "m"),
             Measure::Frequency(_) => self.read(node, "Hz"),
             Measure::Mass(_) => self.read(node, "kg"),
-            Measure::Energy => self.read(node, "J"),
+            Measure::Energy | Measure::Moving(_) => self.read(node, "J"),
             Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => self.angle(node),
             Measure::Stroke(_) => self.read(node, "m"),
         }

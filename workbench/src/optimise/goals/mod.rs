@@ -117,6 +117,33 @@ pub enum Measure {
     Energy,
     /// How far something moves, m or rad.
     Stroke(Stroke),
+    /// Something at a time of the motion from the initial state.
+    Moving(Moving),
+}
+
+/// A number at a time of the motion from the initial state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moving {
+    /// What it is.
+    pub of: OfState,
+    /// The time, s.
+    pub at: f64,
+}
+
+/// A number of a state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OfState {
+    /// The angle of a joint, rad.
+    Angle(usize),
+    /// A coordinate (0: x, 1: y, 2: z) of a point, m.
+    Position {
+        /// The point.
+        point: usize,
+        /// The coordinate.
+        axis: usize,
+    },
+    /// The kinetic (0) or the potential (1) energy, J.
+    Energy(usize),
 }
 
 /// How far something moves while a joint is turned.

@@ -24,7 +24,7 @@ fn problem<'c>(compiled: &'c Compiled, goals: &str) -> Problem<'c> {
     let file = file(goals);
     let goals = Goals::read(&file, compiled)
         .unwrap_or_else(|problems| panic!("{}", problems.render(&file, false)));
-    Problem { compiled, system: Jit::new(&compiled.program), goals }
+    Problem::new(compiled, Jit::new(&compiled.program), goals)
 }
 
 fn optimised(problem: &Problem<'_>) -> Outcome {

@@ -195,3 +195,73 @@ fn a_parameter_without_influence_keeps_its_value() {
     let remarks = remarks(&problem, &outcome);
     assert_eq!(remarks, ["no goal and no constraint depends on `l`: it keeps its value"]);
 }
+
+/// From rest at 0, the rod swings as (M/k) (1 - cos w t) with w^2 = k / (m l^2 + I).
+#[test]
+fn numbers_at_a_time_have_the_values_and_derivatives_of_the_closed_form() {
+    let compiled = compiled(ROD);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {}, l: {}, m: {} }
+        goals:
+          angle: { angle: hinge, at: 60 ms, target: 1rad }
+          height: { position: tip.z, at: 60 ms, target: 1 mm }
+          speed: { energy: kinetic, at: 60 ms, target: 1 J }
+          spring: { energy: potential, at: 60 ms, target: 1 J }
+        ",
+    );
+    let x = [0.4, 0.3, 0.7];
+    let [k, l, m]: [f64; 3] = [1e-3 + 0.4 * 3e-3, 0.010 + 0.3 * 0.030, 1e-3 + 0.7 * 2e-3];
+    let (t, torque) = (0.06, 1e-3);
+    let closed = |k: f64, l: f64, m: f64| {
+        let inertia = m * l * l + 3e-7;
+        let w = (k / inertia).sqrt();
+        let angle = torque / k * (1.0 - (w * t).cos());
+        let speed = torque / k * w * (w * t).sin();
+        // Turned about x from -y.
+        [angle, -l * angle.sin(), 0.5 * inertia * speed * speed, 0.5 * k * angle * angle]
+    };
+    let at = problem.evaluate(&x).unwrap();
+    let widths = [3e-3, 0.030, 2e-3];
+    let scales = [1.0, compiled.program.interface.size, 1.0, 1.0];
+    let wanted = closed(k, l, m);
+    for (index, (reached, scale)) in at.goals.iter().zip(scales).enumerate() {
+        let value = wanted[index];
+        assert!((reached.value / value - 1.0).abs() < 1e-6, "{index}: {} {value}", reached.value);
+        for (variable, width) in widths.into_iter().enumerate() {
+            let moved = |by: f64| {
+                let mut values = [k, l, m];
+                values[variable] += by * width;
+                closed(values[0], values[1], values[2])[index]
+            };
+            // Of order 4: what is left is rounding.
+            let h = 1e-3;
+            let slope = (moved(-2.0 * h) - 8.0 * moved(-h) + 8.0 * moved(h) - moved(2.0 * h))
+                / (12.0 * h * scale);
+            let found = reached.errors[0][0].slope[variable];
+            assert!(
+                (found - slope).abs() < 1e-5 * slope.abs(),
+                "{index}, {variable}: {found} {slope}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_stiffness_is_found_for_an_angle_at_a_time() {
+    let compiled = compiled(ROD);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {} }
+        starts: 4
+        goals: { there: { angle: hinge, at: 0.04 s, target: 0.5rad } }
+        constraints: { slow: { energy: kinetic, at: 0.04 s, at_most: 0.3 mJ } }
+        ",
+    );
+    let outcome = optimised(&problem);
+    let best = &outcome.found[outcome.best];
+    assert!(best.is_kept());
+    assert!((best.evaluation.goals[0].value - 0.5).abs() < 1e-6);
+}

@@ -95,6 +95,10 @@ fn the_examples_of_the_reference_are_goals() {
                         format!("{varied}\ngoals: {{ bend: {{ angle: j0, {entry}{rest} }} }}"),
                     )
                 }
+                ("goal" | "constraint", "at") => (
+                    &with_parameter,
+                    format!("{varied}\ngoals: {{ it: {{ position: pen.x, target: 1, {entry} }} }}"),
+                ),
                 ("goal", "within") => (
                     &with_parameter,
                     format!("{varied}\ngoals: {{ it: {{ position: pen.x, target: 1, {entry} }} }}"),
@@ -201,5 +205,25 @@ fn limits_that_contradict_each_other_are_refused() {
         "a: { mass: all, at_least: 3 g }, b: { mass: arm, at_most: 2 g }",
     ] {
         assert!(read(right).is_ok(), "{right}");
+    }
+}
+
+#[test]
+fn times_of_numbers_that_have_none_are_refused() {
+    let compiled = compiled(MODEL);
+    let read = |goal: &str| {
+        let goals = format!(
+            "{{ parameters: {{ crank: {{}} }}, goals: {{ it: {{ {goal}, target: 1 }} }} }}"
+        );
+        Goals::read(&file(&goals), &compiled).map_err(|problems| problems.to_string())
+    };
+    for (goal, message) in [
+        ("mass: all, at: 1 s", "`mass` does not depend on the time"),
+        ("energy: kinetic", "the kinetic energy needs a time: at rest it is 0"),
+        ("angle: j0, at: 0 s", "`at` must be more than 0"),
+        ("angle: j0, at: 1 m", "expected"),
+    ] {
+        let text = read(goal).unwrap_err();
+        assert!(text.contains(message), "{goal}: {text}");
     }
 }
