@@ -313,8 +313,7 @@ pub trait Mechanism: Sized {
         Ok(None)
     }
 
-    /// du/dt (NU) and its derivative by the parameters (NU x NPARAMS, row-major, per unit of each in SI), as
-    /// [`write_acceleration`](Self::write_acceleration). Provided: there is no such code.
+    /// du/dt (NU) and its derivative by the parameters (NU x NPARAMS), as [`write_jacobian`](Self::write_jacobian).
     ///
     /// # Errors
     ///

@@ -122,12 +122,7 @@ impl Implicit {
                 add(&mut position, c / length, p);
                 add(&mut right, c / length, v);
             }
-            let mut speed = DVector::from_vec(right);
-            speed += linear.ahead * &linear.by_position * DVector::from_column_slice(&position);
-            linear.factors.solve_mut(&mut speed);
-            for (position, speed) in position.iter_mut().zip(&speed) {
-                *position = linear.ahead * (*position + speed);
-            }
+            let speed = linear.solve(&mut position, right);
             tape.push(&state.q);
             tape.push(&state.u);
             tape.push(&position);
@@ -156,75 +151,142 @@ impl Implicit {
         let (start_q, start_u) = start.split_at(nq);
         let at = At { t, q: start_q, u: start_u };
         let Ok(linear) = self.linear(on, at, length) else { return adjoints.spoil() };
-        let state = |stage: usize| stages[stage * width..][..nq + nu].split_at(nq);
-        let k = |stage: usize| stages[stage * width + nq + nu..][..2 * nu].split_at(nu);
-        // Adjoints of p and v of each stage.
-        let mut of_k = vec![0.0; STAGES * 2 * nu];
-        let mut of_step = vec![0.0; nu];
-        let last = STAGES - 1;
+        let mut back = Back {
+            linear: &linear,
+            record: Record { start_q, stages, nq, nu },
+            joints: self.joints,
+            length,
+            of_k: vec![0.0; STAGES * 2 * nu],
+            of_matrices: [DMatrix::zeros(nu, nu), DMatrix::zeros(nu, nu)],
+            of_time: vec![0.0; nu],
+        };
         // The end is the state of the last stage, advanced by its k; `adjoints` is that of this state from here on.
-        let (of_q, of_u) = adjoints.state.split_at_mut(nq);
-        orientation::advance(state(last).0, k(last).0, self.joints, of_q, &mut of_step);
-        add(&mut of_k[last * 2 * nu..][..nu], 1.0, &of_step);
-        add(&mut of_k[last * 2 * nu + nu..][..nu], 1.0, of_u);
-        let mut of_matrices = [DMatrix::zeros(nu, nu), DMatrix::zeros(nu, nu)];
-        let mut of_time = vec![0.0; nu];
-        let mut of_start = Adjoints::zeros(on.layout);
+        back.pull_argument(STAGES, &mut adjoints.state);
+        let mut of_start = vec![0.0; nq + nu];
         let mut of_first = vec![0.0; nu];
         for stage in (0..STAGES).rev() {
-            let (p, v) = k(stage);
-            let (before, own) = of_k.split_at_mut(stage * 2 * nu);
-            let (of_p, of_v) = own[..2 * nu].split_at(nu);
-            let mut z = DVector::from_column_slice(of_v);
-            z.axpy(linear.ahead, &DVector::from_column_slice(of_p), 1.0);
-            let Some(z) = linear.transposed_solve(z) else { return adjoints.spoil() };
-            of_matrices[0] += &z * DVector::from_column_slice(p).transpose();
-            of_matrices[1] += &z * DVector::from_column_slice(v).transpose();
-            let mut of_r = linear.by_position.tr_mul(&z);
-            of_r += DVector::from_column_slice(of_p);
-            of_r *= linear.ahead;
-            for (earlier, c) in C[stage].iter().enumerate().take(stage) {
-                let (of_p, of_v) = before[earlier * 2 * nu..][..2 * nu].split_at_mut(nu);
-                add(of_p, c / length, of_r.as_slice());
-                add(of_v, c / length, z.as_slice());
-            }
-            add(&mut of_time, TIME[stage] * length, z.as_slice());
+            let Some([z, of_r]) = back.pull_equation(stage) else { return adjoints.spoil() };
             add(&mut adjoints.state[nq..], 1.0, of_r.as_slice());
-            let (q, u) = state(stage);
             if stage > 0 {
+                let (q, u) = back.record.state(stage);
                 let at = At { t: t + length * PLACE[stage], q, u };
-                let (kind, z) = (FunctionKind::Acceleration, z.as_slice());
-                on.pull(kind, at, z, adjoints);
+                on.pull(FunctionKind::Acceleration, at, z.as_slice(), adjoints);
             } else {
                 of_first.copy_from_slice(z.as_slice());
             }
-            // The state of the stage is the start, or for the last stage the state of the stage before, advanced.
-            let (weights, from) = arguments(stage);
-            let from_q = if from == 0 { start_q } else { state(stage - 1).0 };
-            let step = weights.iter().fold(vec![0.0; nu], |mut step, (earlier, weight)| {
-                add(&mut step, *weight, k(*earlier).0);
-                step
-            });
-            let (of_q, of_u) = adjoints.state.split_at_mut(nq);
-            orientation::advance(from_q, &step, self.joints, of_q, &mut of_step);
-            for (earlier, weight) in weights {
-                let (of_p, of_v) = before[earlier * 2 * nu..][..2 * nu].split_at_mut(nu);
-                add(of_p, weight, &of_step);
-                add(of_v, weight, of_u);
-            }
-            if from == 0 {
-                add(&mut of_start.state, 1.0, &adjoints.state);
+            back.pull_argument(stage, &mut adjoints.state);
+            if stage < STAGES - 1 {
+                add(&mut of_start, 1.0, &adjoints.state);
                 adjoints.state.fill(0.0);
             }
         }
-        adjoints.state.copy_from_slice(&of_start.state);
+        adjoints.state.copy_from_slice(&of_start);
+        let Back { of_matrices, of_time, .. } = back;
         let rows = of_matrices.iter().flat_map(|matrix| matrix.transpose().as_slice().to_vec());
         let weights: Vec<f64> = of_first.into_iter().chain(rows).chain(of_time).collect();
         on.pull(FunctionKind::Jacobian, at, &weights, adjoints);
     }
 }
 
+/// What a step recorded.
+#[derive(Clone, Copy)]
+struct Record<'a> {
+    start_q: &'a [f64],
+    stages: &'a [f64],
+    nq: usize,
+    nu: usize,
+}
+
+impl<'a> Record<'a> {
+    fn stage(self, stage: usize) -> &'a [f64] {
+        let width = self.nq + 3 * self.nu;
+        &self.stages[stage * width..][..width]
+    }
+
+    /// The state of a stage.
+    fn state(self, stage: usize) -> (&'a [f64], &'a [f64]) {
+        self.stage(stage)[..self.nq + self.nu].split_at(self.nq)
+    }
+
+    /// p and v of a stage.
+    fn k(self, stage: usize) -> (&'a [f64], &'a [f64]) {
+        self.stage(stage)[self.nq + self.nu..].split_at(self.nu)
+    }
+}
+
+/// The way back over a step.
+struct Back<'a> {
+    linear: &'a Linear,
+    record: Record<'a>,
+    joints: usize,
+    length: f64,
+    /// Adjoints of p and v of each stage.
+    of_k: Vec<f64>,
+    /// Adjoints of da/dq and da/du.
+    of_matrices: [DMatrix<f64>; 2],
+    /// The adjoint of da/dt.
+    of_time: Vec<f64>,
+}
+
+impl Back<'_> {
+    /// From the adjoints of k of a stage to those of what it was solved for: z of the speeds, and r' of the positions.
+    fn pull_equation(&mut self, stage: usize) -> Option<[DVector<f64>; 2]> {
+        let Self { linear, record, length, of_k, of_matrices, of_time, .. } = self;
+        let nu = record.nu;
+        let (p, v) = record.k(stage);
+        let (before, own) = of_k.split_at_mut(stage * 2 * nu);
+        let (of_p, of_v) = own[..2 * nu].split_at(nu);
+        let mut z = DVector::from_column_slice(of_v);
+        z.axpy(linear.ahead, &DVector::from_column_slice(of_p), 1.0);
+        let z = linear.transposed_solve(z)?;
+        of_matrices[0] += &z * DVector::from_column_slice(p).transpose();
+        of_matrices[1] += &z * DVector::from_column_slice(v).transpose();
+        let mut of_r = linear.by_position.tr_mul(&z);
+        of_r += DVector::from_column_slice(of_p);
+        of_r *= linear.ahead;
+        for (earlier, c) in C[stage].iter().enumerate().take(stage) {
+            let (of_p, of_v) = before[earlier * 2 * nu..][..2 * nu].split_at_mut(nu);
+            add(of_p, c / *length, of_r.as_slice());
+            add(of_v, c / *length, z.as_slice());
+        }
+        add(of_time, TIME[stage] * *length, z.as_slice());
+        Some([z, of_r])
+    }
+
+    /// From the adjoints of the state of a stage, or of the end, to those of the state from which it was advanced, and of the k that
+    /// it has from earlier stages.
+    fn pull_argument(&mut self, stage: usize, of_state: &mut [f64]) {
+        let Self { record, joints, of_k, .. } = self;
+        let nu = record.nu;
+        let (weights, from) = arguments(stage);
+        let from_q = if from == 0 { record.start_q } else { record.state(stage - 1).0 };
+        let step = weights.iter().fold(vec![0.0; nu], |mut step, (earlier, weight)| {
+            add(&mut step, *weight, record.k(*earlier).0);
+            step
+        });
+        let mut of_step = vec![0.0; nu];
+        let (of_q, of_u) = of_state.split_at_mut(record.nq);
+        orientation::advance(from_q, &step, *joints, of_q, &mut of_step);
+        for (earlier, weight) in weights {
+            let (of_p, of_v) = of_k[earlier * 2 * nu..][..2 * nu].split_at_mut(nu);
+            add(of_p, weight, &of_step);
+            add(of_v, weight, of_u);
+        }
+    }
+}
+
 impl Linear {
+    /// v of a stage, from its right-hand sides; that of the positions becomes p.
+    fn solve(&self, position: &mut [f64], right: Vec<f64>) -> DVector<f64> {
+        let mut speed = DVector::from_vec(right);
+        speed += self.ahead * &self.by_position * DVector::from_column_slice(position);
+        self.factors.solve_mut(&mut speed);
+        for (position, speed) in position.iter_mut().zip(&speed) {
+            *position = self.ahead * (*position + speed);
+        }
+        speed
+    }
+
     /// z of W^T z = x. With P W = L U, W^T = U^T L^T P.
     fn transposed_solve(&self, mut x: DVector<f64>) -> Option<DVector<f64>> {
         let (upper, lower) = (self.factors.u(), self.factors.l());
@@ -235,8 +297,8 @@ impl Linear {
     }
 }
 
-/// The stages on which the state of a stage depends, with their weights, and whether it is advanced from the start (0) or from the
-/// state of the stage before (1).
+/// The stages on which the state of a stage, or of the end behind the last, depends, with their weights, and whether it is advanced
+/// from the start (0) or from the state of the stage before (1).
 fn arguments(stage: usize) -> (Vec<(usize, f64)>, usize) {
     if stage < STAGES - 1 {
         (A[stage].iter().copied().enumerate().take(stage).collect(), 0)

@@ -14,6 +14,7 @@ mod fit;
 mod fold;
 mod hinge;
 mod import;
+mod input;
 mod interrupt;
 mod live;
 mod mocap;
@@ -39,15 +40,14 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::OnceLock;
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
 use lamc::pipeline::{self, CompileError, Compiled, Stage};
 use lamc::source::{Diagnostics, EditError, MAX_HINGES, SourceFile, SourceModel, closest_name};
 use lamc_workbench::cache::Cache;
-use lamc_workbench::reading::MAX_TABLE_BYTES;
 
+use input::{read, read_numbers};
 use progress::Busy;
 
 const TERMS: &str = concat!(
@@ -340,32 +340,6 @@ fn misused(message: impl Display) -> Failed {
 fn report(diagnostics: &Diagnostics, file: &SourceFile) {
     let color = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let _ = write!(io::stderr(), "{}", diagnostics.render(file, color));
-}
-
-/// Reads a file. Standard input, which can be read once only, is kept: a command may need it twice.
-fn read(path: &str) -> Result<SourceFile, Failed> {
-    static STDIN: OnceLock<SourceFile> = OnceLock::new();
-    let is_stdin = path == "-";
-    if let Some(file) = STDIN.get().filter(|_| is_stdin) {
-        return Ok(file.clone());
-    }
-    let file = SourceFile::read(path).map_err(fail)?;
-    if is_stdin {
-        STDIN.get_or_init(|| file.clone());
-    }
-    Ok(file)
-}
-
-/// Reads a table or another file of numbers with `parse`, and reports what is wrong with it.
-fn read_numbers<T>(
-    path: &str,
-    parse: impl FnOnce(&str) -> Result<T, Diagnostics>,
-) -> Result<T, Failed> {
-    let file = SourceFile::read_at_most(path, MAX_TABLE_BYTES).map_err(fail)?;
-    parse(&file.text).map_err(|problems| {
-        report(&problems, &file);
-        Failed(1)
-    })
 }
 
 /// Reads and compiles a model, reporting errors and warnings.

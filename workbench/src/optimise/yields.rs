@@ -64,6 +64,19 @@ pub struct Influence {
     pub error: f64,
 }
 
+impl Influence {
+    /// From which robots are good with a tolerance, and without.
+    fn of(varied: &Varied, good: &[bool], without: &[bool]) -> Self {
+        let changed = good.iter().zip(without).filter(|(a, b)| a != b).count();
+        Self {
+            name: varied.quantity.name.clone(),
+            deviation: standard_deviation(varied),
+            good_without: without.iter().filter(|good| **good).count() as u64,
+            error: (changed as f64).sqrt(),
+        }
+    }
+}
+
 /// A robot: whether it is good, and the values of goals and constraints.
 type Robot = Result<(bool, Vec<f64>), String>;
 
@@ -121,22 +134,16 @@ impl Problem<'_> {
         let good: Vec<bool> = robots.iter().map(is_good).collect();
         let mut tolerances = Vec::new();
         for (index, varied) in self.goals.tolerances.iter().enumerate() {
-            let without = |deviations: &Deviations| {
+            let exact = |deviations: &Deviations| {
                 let mut deviations = deviations.clone();
                 deviations[index].1 = 0.0;
                 deviations
             };
-            let Some(others) = build(&all.iter().map(without).collect::<Vec<_>>()) else {
+            let Some(others) = build(&all.iter().map(exact).collect::<Vec<_>>()) else {
                 return Ok(None);
             };
-            let others: Vec<bool> = others.iter().map(is_good).collect();
-            let changed = good.iter().zip(&others).filter(|(a, b)| a != b).count();
-            tolerances.push(Influence {
-                name: varied.quantity.name.clone(),
-                deviation: standard_deviation(varied),
-                good_without: others.iter().filter(|good| **good).count() as u64,
-                error: (changed as f64).sqrt(),
-            });
+            let without: Vec<bool> = others.iter().map(is_good).collect();
+            tolerances.push(Influence::of(varied, &good, &without));
         }
         Ok(Some(Yield {
             robots: count,

@@ -8,6 +8,7 @@ use super::ScalarChoice;
 use super::body::constant;
 use super::contacts::contacts;
 use super::items::{FieldNames, Syntax, allowances, model, needs_marker, number};
+use super::solutions::{solutions, writers};
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, JointInfo, Program};
 
@@ -235,98 +236,6 @@ fn balances(program: &Program, scalar: &TokenStream) -> TokenStream {
                     exactly_mut(closure)?,
                 );
                 Ok(())
-            }
-        });
-    }
-    functions
-}
-
-/// Returns the trait methods that solve the equations, if the program has functions for them.
-fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> TokenStream {
-    let mut functions = writers(program, scalar, zero);
-    if has(program, FunctionKind::Jacobian) {
-        let jacobian = method(FunctionKind::Jacobian);
-        functions.extend(quote! {
-            fn write_jacobian(
-                &self, t: #scalar, q: &[#scalar], u: &[#scalar],
-                out: ::lamc_runtime::JacobianMut<'_, #scalar>,
-            ) -> ::core::result::Result<
-                ::core::option::Option<::lamc_runtime::plumbing::Margin<#scalar>>,
-                ::lamc_runtime::Error,
-            > {
-                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                let margin = &mut [#zero; 2];
-                self.#jacobian(
-                    t, exactly(q)?, exactly(u)?, exactly_mut(out.acceleration)?,
-                    exactly_mut(out.dq)?, exactly_mut(out.du)?, exactly_mut(out.dt)?, margin,
-                );
-                let [inverse_pivot, conditioning] = *margin;
-                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
-            }
-        });
-    }
-    if has(program, FunctionKind::JacobianParams) {
-        let jacobian = method(FunctionKind::JacobianParams);
-        functions.extend(quote! {
-            fn write_jacobian_params(
-                &self, t: #scalar, q: &[#scalar], u: &[#scalar],
-                acceleration: &mut [#scalar], dp: &mut [#scalar],
-            ) -> ::core::result::Result<
-                ::core::option::Option<::lamc_runtime::plumbing::Margin<#scalar>>,
-                ::lamc_runtime::Error,
-            > {
-                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                let margin = &mut [#zero; 2];
-                self.#jacobian(
-                    t, exactly(q)?, exactly(u)?, exactly_mut(acceleration)?, exactly_mut(dp)?, margin,
-                );
-                let [inverse_pivot, conditioning] = *margin;
-                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
-            }
-        });
-    }
-    functions
-}
-
-/// Returns the trait methods for acceleration and projection, for single numbers or for lanes, if the
-/// program has functions for them.
-fn writers(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> TokenStream {
-    let margin = quote! {
-        ::core::result::Result<
-            ::core::option::Option<::lamc_runtime::plumbing::Margin<#scalar>>,
-            ::lamc_runtime::Error,
-        >
-    };
-    let [acceleration, projection] =
-        [FunctionKind::Acceleration, FunctionKind::Projection].map(method);
-    let mut functions = TokenStream::new();
-    if has(program, FunctionKind::Acceleration) {
-        functions.extend(quote! {
-            fn write_acceleration(
-                &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
-            ) -> #margin {
-                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                let margin = &mut [#zero; 2];
-                self.#acceleration(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-                let [inverse_pivot, conditioning] = *margin;
-                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
-            }
-        });
-    }
-    if has(program, FunctionKind::Projection) {
-        functions.extend(quote! {
-            fn write_projection(
-                &self, q: &[#scalar], u: &[#scalar],
-                out: ::lamc_runtime::plumbing::ProjectionMut<'_, #scalar>,
-            ) -> #margin {
-                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                let margin = &mut [#zero; 2];
-                self.#projection(
-                    exactly(q)?, exactly(u)?, exactly_mut(out.residual)?,
-                    exactly_mut(out.positions)?, exactly_mut(out.speeds)?, margin,
-                );
-                let [inverse_pivot, conditioning] = *margin;
-                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
             }
         });
     }

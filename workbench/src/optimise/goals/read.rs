@@ -70,15 +70,7 @@ impl Reader<'_> {
                 self.wrong(node.span, format!("at least one {what} is needed"));
             }
         }
-        let limits = entries(fields.get("constraints"), "constraints", &mut self.found);
-        let mut constraints = Vec::new();
-        for entry in limits {
-            for constraint in self.constraints(entry) {
-                self.agree(&constraints, &constraint, entry.key.span);
-                constraints.push((constraint, entry.key.span));
-            }
-        }
-        let constraints = constraints.into_iter().map(|(constraint, _)| constraint).collect();
+        let constraints = self.all_constraints(fields.get("constraints"));
         let norm = self.word(&fields, "norm", NORMS).map(|word| match word {
             "max" => Norm::Max,
             _ => Norm::Squares,
@@ -112,6 +104,18 @@ impl Reader<'_> {
             robust,
             robots: robots?,
         })
+    }
+
+    /// The constraints, which can be kept together as far as they are about the same number.
+    fn all_constraints(&mut self, node: Option<&Node>) -> Vec<Constraint> {
+        let mut constraints = Vec::new();
+        for entry in entries(node, "constraints", &mut self.found) {
+            for constraint in self.constraints(entry) {
+                self.agree(&constraints, &constraint, entry.key.span);
+                constraints.push((constraint, entry.key.span));
+            }
+        }
+        constraints.into_iter().map(|(constraint, _)| constraint).collect()
     }
 
     /// The tolerances of parameters.
