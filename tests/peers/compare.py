@@ -59,6 +59,7 @@ def main():
         if options.document:
             report.replace(results, [report.contacts])
         return
+    gradient.compare(options)
     results["mechanisms"] = {}
     for name, path in mechanisms(options):
         found = mechanism(name, path, options)

@@ -24,6 +24,11 @@ STATES = 1
 
 def compare(options):
     """Checks and times both; prints what comes of it."""
+    try:
+        import casadi  # noqa: F401
+    except ImportError as error:
+        p.missing("CasADi", error)
+        return
     path = p.WORK / "sixbar_gradient.yaml"
     text = (p.WORKSPACE / "examples" / "sixbar.yaml").read_text()
     assert text.count(FIXED) == 6
