@@ -112,7 +112,7 @@ impl Course {
     /// that changes no more than it allows.
     ///
     /// # Errors
-    /// [`Undifferentiable`]; [`Undifferentiable::TooManySteps`] where [`MOST_STEPS`] are not enough.
+    /// [`Undifferentiable`]; [`Undifferentiable::TooManySteps`].
     pub fn accurate(
         differentiated: &Differentiated,
         start: &Sample,

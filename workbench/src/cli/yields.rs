@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let problem = Problem::new(&compiled, system, goals);
     let found = problem
         .built_robots(*robots, threads, &interrupt::is_asked_for, &|| bar.inc(1))
-        .map_err(|reason| fail(format_args!("the design itself: {reason}")));
+        .map_err(fail);
     bar.finish_and_clear();
     let Some(found) = found? else {
         interrupt::take();

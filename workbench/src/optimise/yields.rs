@@ -106,7 +106,9 @@ impl Problem<'_> {
     ) -> Result<Option<Yield>, String> {
         let of_tolerances = self.by_tolerances();
         let middle = vec![0.5; of_tolerances.goals.variables.len()];
-        let nominal = of_tolerances.evaluate_one(&middle)?;
+        let nominal = of_tolerances
+            .evaluate_one(&middle)
+            .map_err(|reason| format!("the design itself: {reason}"))?;
         let judges = |goals: &Goals| {
             let mut goals = goals.goals.iter();
             goals.any(|goal| goal.within.is_some() || goal.has_limit())

@@ -77,7 +77,7 @@ impl<S: Scalar> Estimation<S> {
     fn predict(&mut self) -> Result<(), Error> {
         let of = S::from_f64;
         self.leg.params.k = self.stiffness * of(TRUE_STIFFNESS);
-        let State { t, q, u } = self.state.clone();
+        let State { t, q, u } = self.state;
         let by_state = self.leg.jacobian(t, &q, &u)?;
         let by_params = self.leg.jacobian_params(t, &q, &u)?;
         let by_stiffness = by_params.dp[0][0] * of(TRUE_STIFFNESS);
