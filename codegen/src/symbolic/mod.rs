@@ -17,5 +17,5 @@ mod tree;
 mod tests;
 
 pub use expr::Expr;
-pub use session::{Algebra, SessionError, session};
+pub use session::{Algebra, SessionError, patience, session};
 pub use tree::{Function, Tree};

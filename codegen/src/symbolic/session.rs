@@ -12,10 +12,9 @@
 use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
 use std::io::{Read, Seek, Write};
-use std::path::PathBuf;
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use std::{env, io, process, thread};
 
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol};
@@ -29,12 +28,24 @@ use super::tree::{Function, Tree};
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     /// The lock file, which lets only one process at a time hold a session, cannot be opened or locked.
-    #[error("cannot lock {path}: {error}")]
+    #[error(
+        "cannot lock {path}: {error}; lamc needs a folder that it may write: set HOME or TMPDIR"
+    )]
     Lock {
         /// Path of the lock file.
         path: PathBuf,
         /// Error from the operating system.
         error: io::Error,
+    },
+    /// Another process has held its session for as long as we wait.
+    #[error(
+        "another lamc{holder} has derived equations for {seconds} s: end it, or let lamc wait longer with LAMC_WAIT=SECONDS"
+    )]
+    Busy {
+        /// Its id as ` (pid 123)`, or nothing.
+        holder: String,
+        /// How long this process has waited, s.
+        seconds: u64,
     },
     /// No thread could be started.
     #[error("cannot start the thread of the symbolic engine: {0}")]
@@ -48,8 +59,8 @@ const STACK_BYTES: usize = 256 << 20;
 /// have ended.
 ///
 /// # Errors
-/// Returns an error if the lock file cannot be locked or the thread cannot be started. A panic in
-/// `work` is propagated.
+/// Returns an error if the lock file cannot be locked within [`patience`], or if the thread cannot be started. A panic
+/// in `work` is propagated.
 pub fn session<L, B, R>(
     work: impl FnOnce(&mut Algebra<L, B>) -> R + Send,
 ) -> Result<R, SessionError>
@@ -72,7 +83,17 @@ where
 }
 
 /// Time after which we print that we wait for another process to release the lock file.
-const PATIENCE: Duration = Duration::from_secs(1);
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// How often a locked file is tried again.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// How long a process waits for another one that uses the engine: ten minutes, or `LAMC_WAIT` seconds if this variable
+/// of the environment is a whole number.
+pub fn patience() -> Duration {
+    let asked = env::var("LAMC_WAIT").ok().and_then(|text| text.trim().parse().ok());
+    Duration::from_secs(asked.unwrap_or(600))
+}
 
 /// Waits for the lock on the file that serialises the processes of one user. The file is unlocked when
 /// it is dropped. It contains the id of the process that holds the lock, so that waiting processes can
@@ -80,44 +101,47 @@ const PATIENCE: Duration = Duration::from_secs(1);
 fn lock_file() -> Result<File, SessionError> {
     let folder = env::home_dir().map(|home| home.join(".cache").join("lamc"));
     let folder = folder.filter(|folder| fs::create_dir_all(folder).is_ok());
-    let path = folder.unwrap_or_else(env::temp_dir).join("symbolic.lock");
-    File::options()
-        .create(true)
-        .truncate(false)
-        .read(true)
-        .write(true)
-        .open(&path)
-        .and_then(|file| wait_for(&file).map(|()| file))
-        .map(|mut file| {
-            // Other processes read this id. If it cannot be written, only their message is less
-            // precise.
-            let cleared = file.set_len(0).and_then(|()| file.rewind());
-            let _ = cleared.and_then(|()| write!(file, "{}", process::id()));
-            file
-        })
-        .map_err(|error| SessionError::Lock { path, error })
+    let at_home = folder.map(|folder| folder.join("symbolic.lock"));
+    let path = at_home.unwrap_or_else(|| env::temp_dir().join("lamc-symbolic.lock"));
+    let failed = |error| SessionError::Lock { path: path.clone(), error };
+    let mut file = open(&path).map_err(failed)?;
+    wait_for(&file, failed)?;
+    // Other processes read this id. If it cannot be written, only their message is less precise.
+    let cleared = file.set_len(0).and_then(|()| file.rewind());
+    let _ = cleared.and_then(|()| write!(file, "{}", process::id()));
+    Ok(file)
+}
+
+/// Opens the lock file. One that can only be read, such as another user's or that of a read-only file system, can be
+/// locked as well.
+fn open(path: &Path) -> io::Result<File> {
+    let own = File::options().create(true).truncate(false).read(true).write(true).open(path);
+    own.or_else(|error| File::open(path).map_err(|_| error))
 }
 
 /// Locks the file, and prints a message if another process makes us wait. A process that was suspended
-/// would block us until it is resumed.
-fn wait_for(file: &File) -> io::Result<()> {
-    match file.try_lock() {
-        Ok(()) => return Ok(()),
-        Err(TryLockError::WouldBlock) => {}
-        Err(TryLockError::Error(error)) => return Err(error),
+/// holds the lock until it is resumed.
+fn wait_for(file: &File, failed: impl Fn(io::Error) -> SessionError) -> Result<(), SessionError> {
+    let (begin, patience) = (Instant::now(), patience());
+    let mut silent = true;
+    loop {
+        match file.try_lock() {
+            Ok(()) => return Ok(()),
+            Err(TryLockError::WouldBlock) => {}
+            Err(TryLockError::Error(error)) => return Err(failed(error)),
+        }
+        if begin.elapsed() >= patience {
+            return Err(SessionError::Busy { holder: holder(file), seconds: patience.as_secs() });
+        }
+        if silent && begin.elapsed() >= SILENCE {
+            silent = false;
+            let (holder, most) = (holder(file), patience.as_secs());
+            // If standard error is closed, the message is lost.
+            let _ =
+                writeln!(io::stderr(), "waiting for another lamc{holder}, for at most {most} s");
+        }
+        thread::sleep(LOOK);
     }
-    thread::scope(|scope| {
-        let (done, locked) = mpsc::channel::<()>();
-        scope.spawn(move || {
-            if locked.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                // If standard error is closed, the message is lost.
-                let _ = writeln!(io::stderr(), "waiting for another lamc{}", holder(file));
-            }
-        });
-        let outcome = file.lock();
-        drop(done);
-        outcome
-    })
 }
 
 /// Returns the process that holds the lock as ` (pid 123)`, or nothing if its id cannot be read.

@@ -18,7 +18,7 @@ use std::time::SystemTime;
 
 use directories::ProjectDirs;
 use lamc::files;
-use lamc::pipeline::{CompileError, Derived, Read, Stage};
+use lamc::pipeline::{CompileError, Derived, Read};
 use sha2::{Digest, Sha256};
 
 /// Most bytes of all entries. The entry of a sheet of 100 facets has some megabytes.
@@ -47,21 +47,20 @@ impl Cache {
         Some(Self { folder, compiler: compiler().ok()?, most_bytes })
     }
 
-    /// Returns what is derived from a model: from the cache, or else by [`Read::derive`], after which the cache has
-    /// it.
+    /// Returns what is derived from a model: from the cache, or else by `derive`, after which the cache has it.
     ///
     /// # Errors
-    /// As [`Read::derive`].
+    /// Those of `derive`.
     pub fn derived(
         &self,
         read: &Read<'_>,
-        enter: impl FnMut(Stage, usize),
+        derive: impl FnOnce() -> Result<Derived, CompileError>,
     ) -> Result<Derived, CompileError> {
         let key = self.key(read);
         if let Some(known) = self.get(&key) {
             return Ok(known);
         }
-        let derived = read.derive(enter)?;
+        let derived = derive()?;
         // Without the entry, the next command takes as long as this one.
         let _ = self.put(&key, &derived);
         Ok(derived)

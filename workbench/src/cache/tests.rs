@@ -36,7 +36,7 @@ fn ask_edited(
 ) -> (Derived, bool) {
     let read = pipeline::read(file, edit).unwrap();
     let mut is_derived = false;
-    let derived = cache.derived(&read, |_, _| is_derived = true).unwrap();
+    let derived = cache.derived(&read, || read.derive(|_, _| is_derived = true)).unwrap();
     (derived, is_derived)
 }
 

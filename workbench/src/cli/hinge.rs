@@ -6,12 +6,13 @@ use clap::{Args, Subcommand};
 use lamc::laminate::flexure::Beam;
 use lamc::laminate::flexure::sharifzadeh2018::Coefficients;
 use lamc::source::read_in;
+use lamc_workbench::execution::Jit;
 use lamc_workbench::identify::family;
 use lamc_workbench::identify::swing::Swing;
 
 use super::fit::{Report, read, summary};
 use super::paths::Paths;
-use super::{Outcome, fail, misused, output, read_numbers};
+use super::{Outcome, compiled, fail, misused, output, read_numbers};
 
 #[derive(Subcommand)]
 pub enum Command {
@@ -195,7 +196,8 @@ fn swing(given: &FitArguments) -> Outcome {
     given.report.check(Paths::default().input("the swing", [&given.data]))?;
     let record = read(&given.data, &["theta"])?;
     let swing = Swing { inertia, mass, arm, gravity };
-    let system = swing.compile().map_err(fail)?;
+    let compiled = compiled(&swing.model(), None, |_| Ok(()))?;
+    let system = Jit::new(&compiled.program);
     let fit = swing.by_trajectory(&system, &record).map_err(fail)?;
     given.report.write(&record, &fit, &["theta"])?;
     let mut text = summary(&fit);

@@ -17,6 +17,7 @@ mod import;
 mod input;
 mod interrupt;
 mod live;
+mod load;
 mod mocap;
 mod modes;
 mod notes;
@@ -33,6 +34,7 @@ mod simulate;
 mod start;
 mod sweep;
 mod verify;
+mod worker;
 mod yields;
 
 use std::ffi::OsString;
@@ -43,12 +45,10 @@ use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
-use lamc::pipeline::{self, CompileError, Compiled, Stage};
-use lamc::source::{Diagnostics, EditError, MAX_HINGES, SourceFile, SourceModel, closest_name};
-use lamc_workbench::cache::Cache;
+use lamc::source::{Diagnostics, MAX_HINGES, SourceFile, closest_name};
 
 use input::{read, read_numbers};
-use progress::Busy;
+use load::{compiled, load, load_edited};
 
 const TERMS: &str = concat!(
     env!("CARGO_PKG_VERSION"),
@@ -227,6 +227,9 @@ enum Command {
         #[arg(value_enum)]
         shell: clap_complete::Shell,
     },
+    /// Derive equations for another lamc, which reads and writes the pipes of this process
+    #[command(hide = true)]
+    Worker,
     /// Write the manual: a page for lamc and one for each command
     Man {
         /// Folder for the pages, such as ~/.local/share/man/man1
@@ -266,6 +269,7 @@ pub fn run() -> ExitCode {
         (Some(Command::Explain { code }), _) => explain::run(code.as_deref()),
         (Some(Command::Schema), _) => schema::run(),
         (Some(Command::Completions { shell }), _) => shell::completions(shell),
+        (Some(Command::Worker), _) => worker::run(),
         (Some(Command::Man { folder }), _) => shell::man(&folder),
         (None, Some(arguments)) => compile::run(&arguments),
         (None, None) => unreachable!("clap asks for a model or a command"),
@@ -340,51 +344,4 @@ fn misused(message: impl Display) -> Failed {
 fn report(diagnostics: &Diagnostics, file: &SourceFile) {
     let color = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let _ = write!(io::stderr(), "{}", diagnostics.render(file, color));
-}
-
-/// Reads and compiles a model, reporting errors and warnings.
-fn load(path: &str, derivation: Derivation) -> Result<Compiled, Failed> {
-    load_edited(path, derivation, |_| Ok(()))
-}
-
-/// As [`load`], after a change of the model as read.
-fn load_edited(
-    path: &str,
-    derivation: Derivation,
-    edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
-) -> Result<Compiled, Failed> {
-    let file = read(path)?;
-    let edit = |model: &mut SourceModel| {
-        model.max_hinges = derivation.size.max_hinges;
-        edit(model)
-    };
-    let busy = Busy::new(format!("reading {path}"));
-    let enter = |stage, joints| {
-        let doing = match stage {
-            Stage::Topology => "finding the loops",
-            Stage::Equations => "deriving the equations",
-            Stage::Program => "writing the program",
-        };
-        busy.now(format!("{doing} of {joints} hinges"));
-    };
-    let compiled = pipeline::read(&file, edit).and_then(|read| {
-        let cache = if derivation.no_cache { None } else { Cache::of_user() };
-        let derived = match cache {
-            Some(cache) => cache.derived(&read, enter)?,
-            None => read.derive(enter)?,
-        };
-        Ok(read.compiled(derived))
-    });
-    drop(busy);
-    match compiled {
-        Ok(compiled) => {
-            report(&compiled.warnings, &file);
-            Ok(compiled)
-        }
-        Err(CompileError::Model(problems)) => {
-            report(&problems, &file);
-            Err(Failed(1))
-        }
-        Err(error) => Err(fail(error)),
-    }
 }

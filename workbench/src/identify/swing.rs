@@ -7,16 +7,13 @@
 //! (Sharifzadeh, Khodambashi, Aukes, DETC2018-86359; the arm r belongs to the last term, too.)
 //! theta is measured from where the body hangs straight down and the spring is relaxed.
 
+use lamc::source::SourceFile;
 use nalgebra::{Matrix2, Vector2};
 
 use super::fit::{Estimate, Fit, FitError, Problem};
 use super::fourier::Fourier;
 use super::record::Record;
 use crate::execution::Jit;
-#[cfg(feature = "derive")]
-use lamc::pipeline::{self, CompileError};
-#[cfg(feature = "derive")]
-use lamc::source::SourceFile;
 
 /// The share of a record, at each end, in which the derivatives of the series are not used.
 const ENDS: f64 = 0.1;
@@ -35,12 +32,8 @@ pub struct Swing {
 }
 
 impl Swing {
-    /// The swing as a mechanism of the joint `theta` with the parameters `k` and `b`.
-    ///
-    /// # Errors
-    /// The body is physically impossible, or the symbolic engine could not be started.
-    #[cfg(feature = "derive")]
-    pub fn compile(&self) -> Result<Jit, CompileError> {
+    /// The swing as a model of the joint `theta` with the parameters `k` and `b`.
+    pub fn model(&self) -> SourceFile {
         let Self { inertia, mass, arm, gravity } = self;
         // It hangs along x and turns about y.
         let text = format!(
@@ -56,8 +49,7 @@ parameters: {{ k: 0, b: 0 }}
 joints: {{ theta: {{ bodies: [base, body], axis: [[0, 0], [0, 1]], stiffness: k, damping: b }} }}
 "
         );
-        let file = SourceFile { path: "swing.yaml".into(), text };
-        Ok(Jit::new(&pipeline::compile(&file)?.program))
+        SourceFile { path: "swing.yaml".into(), text }
     }
 
     /// k and b by the method of the paper: a Fourier series is fitted to the angles, and the equation with its

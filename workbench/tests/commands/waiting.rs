@@ -47,7 +47,7 @@ fn who_waits_says_for_whom() {
     let output = waiting.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));
     let said = text(&output.stderr);
-    assert!(said.contains("waiting for another lamc (pid 4711)\n"), "{said}");
+    assert!(said.contains("waiting for another lamc (pid 4711), for at most 600 s\n"), "{said}");
     // And what it waits with.
     assert!(said.contains("deriving the equations of 1 hinges ..\n"), "{said}");
     // By now the file may be another's, who is about to write its number.

@@ -2,14 +2,15 @@
 //! slider moves.
 //!
 //! Every motion is simulated by a separate process (`lamc simulate`), so errors and long
-//! computations do not affect the server. One thread watches the files, one runs simulations, and
-//! each HTTP request has its own thread; they share a [`Board`].
+//! computations do not affect the server. One thread watches the files, one runs simulations, and one
+//! answers all requests; they share a [`Board`].
 
 mod board;
 mod server;
 mod simulation;
 
 use std::fs;
+use std::net::TcpListener;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
@@ -17,7 +18,6 @@ use std::time::Duration;
 
 use clap::Args;
 use lamc::source::SourceFile;
-use tiny_http::Server;
 
 use self::board::Board;
 use super::{Derivation, Outcome, fail, misused, output, read};
@@ -53,21 +53,22 @@ pub fn run(arguments: &Arguments) -> Outcome {
     // A mistyped file name is reported at once; mistakes in the model are reported in the page.
     let file = read(&arguments.model)?;
     let here = ("127.0.0.1", arguments.port);
-    let server = Server::http(here).map_err(|error| {
+    let bound = TcpListener::bind(here).and_then(|listener| Ok((listener.local_addr()?, listener)));
+    let (address, listener) = bound.map_err(|error| {
         fail(format_args!("cannot listen on 127.0.0.1:{}: {error}", arguments.port))
     })?;
-    let port = server.server_addr().to_ip().map_or(arguments.port, |address| address.port());
+    let port = address.port();
     let board = Arc::new(Board::default());
     let simulation = simulation::Simulation::new(arguments).map_err(fail)?;
     output::print(&format!(
         "http://127.0.0.1:{port}/ shows {}; Ctrl-C ends it\n",
         arguments.model
     ))?;
-    thread::scope(|scope| {
-        scope.spawn(|| watch(&arguments.model, &board));
-        scope.spawn(|| simulation.serve(&board));
-        server::serve(&server, port, file.stem(), &board)
-    })
+    let (watched, shared) = (arguments.model.clone(), board.clone());
+    thread::spawn(move || watch(&watched, &shared));
+    let shared = board.clone();
+    thread::spawn(move || simulation.serve(&shared));
+    server::serve(listener, port, file.stem(), board).map_err(fail)
 }
 
 /// Requests a new motion whenever the model or its drawing changes. Polling is cheap, and it notices every

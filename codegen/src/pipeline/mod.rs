@@ -1,21 +1,20 @@
 //! The pipeline: every stage of the compiler, in order.
 
+mod output;
+
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::backend::c::{self, Real};
-use crate::backend::fmu::{self, Version};
-use crate::backend::python;
-use crate::backend::rust::{self, ScalarChoice};
 #[cfg(feature = "derive")]
 use crate::kane::{self, DeriveError, Equations};
 #[cfg(feature = "derive")]
 use crate::laminate::Geometry;
 #[cfg(feature = "derive")]
 use crate::lowering;
-use crate::program::{self, Op, Program, ReadError};
+use crate::program::{self, Program, ReadError};
 use crate::sealed::Format;
 use crate::source::codes;
 use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFile, SourceModel};
@@ -23,6 +22,8 @@ use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFil
 use crate::symbolic::SessionError;
 use crate::topology::Topology;
 use crate::topology::range::{self, analysed};
+
+pub use output::{c_header, c_source, fmu_files, python_module, rust_module};
 
 /// Why a model could not be compiled.
 #[derive(Debug, thiserror::Error)]
@@ -48,6 +49,10 @@ pub enum CompileError {
     #[cfg(feature = "derive")]
     #[error(transparent)]
     Session(#[from] SessionError),
+    /// The process that derived the equations has ended early. The text says how, and what to do.
+    #[cfg(feature = "derive")]
+    #[error("{0}")]
+    Ended(String),
 }
 
 impl From<Diagnostics> for CompileError {
@@ -84,7 +89,7 @@ pub struct Compiled {
 /// A model that was read, and perhaps changed, with the warnings of the stage `source`.
 #[derive(Clone, Debug)]
 pub struct Read<'a> {
-    file: &'a SourceFile,
+    file: Cow<'a, SourceFile>,
     model: SourceModel,
     warnings: Diagnostics,
 }
@@ -101,6 +106,9 @@ pub struct Derived {
 /// [`Compiled`] as bytes. They are bound to [`RELEASE`], so that this version needs not be raised when a type
 /// changes.
 const COMPILED: Format = Format { name: *b"lamcmodl", version: 1 };
+
+/// [`Read`] as bytes, for another process of the same build.
+const READ: Format = Format { name: *b"lamcread", version: 1 };
 
 /// The release of lamc.
 const RELEASE: &[u8] = env!("CARGO_PKG_VERSION").as_bytes();
@@ -159,7 +167,7 @@ pub fn read(
     let (mut model, warnings) = source::parse(file)?;
     edit(&mut model)?;
     refuse_too_many_hinges(&model)?;
-    Ok(Read { file, model, warnings })
+    Ok(Read { file: Cow::Borrowed(file), model, warnings })
 }
 
 impl Read<'_> {
@@ -174,6 +182,11 @@ impl Read<'_> {
             hash.chain_update((part.len() as u64).to_le_bytes()).chain_update(part)
         });
         hash.finalize().into()
+    }
+
+    /// Returns what [`derive`](Self::derive) needs as bytes, so that another process can do it.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        READ.write(&(&self.file, &self.model, self.model.drawing.as_deref()), RELEASE)
     }
 
     #[cfg(feature = "derive")]
@@ -206,6 +219,19 @@ impl Read<'_> {
         warnings.extend(found.0);
         let model = self.model.is_parametric().then(|| Box::new(self.model));
         Compiled { topology, program, model, numbers, warnings }
+    }
+}
+
+impl Read<'static> {
+    /// Reads what [`to_bytes`](Self::to_bytes) wrote, without warnings.
+    ///
+    /// # Errors
+    /// Returns an error if the bytes are damaged or of another release.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadError> {
+        let (file, mut model, drawing): (SourceFile, SourceModel, Option<SourceFile>) =
+            READ.read(bytes, RELEASE)?;
+        model.drawing = drawing.map(Arc::new);
+        Ok(Self { file: Cow::Owned(file), model, warnings: Diagnostics::default() })
     }
 }
 
@@ -294,7 +320,6 @@ pub fn analyse_edited(
     Ok((model, topology, warnings))
 }
 
-/// Runs the stages `laminate` and `topology`, and returns their warnings.
 /// Refuses models whose equations would take more memory or time than the user expects.
 fn refuse_too_many_hinges(model: &SourceModel) -> Result<(), Diagnostics> {
     let (most, there) = (model.max_hinges, model.joints.len());
@@ -307,88 +332,4 @@ fn refuse_too_many_hinges(model: &SourceModel) -> Result<(), Diagnostics> {
              and time grow as the square of the number; `lamc import` has no such limit"
         ));
     Err(problem.into())
-}
-
-/// Writes the Rust module of a compiled model.
-///
-/// # Errors
-/// [`CompileError::OutOfRange`]; [`CompileError::NotParametric`] for functions that C calls.
-pub fn rust_module(compiled: &Compiled, options: &rust::Options) -> Result<String, CompileError> {
-    if options.scalar == ScalarChoice::F32 {
-        fits_single(&compiled.program)?;
-    }
-    if options.extern_c {
-        is_fixed(compiled, "functions that C calls (`--extern-c`)")?;
-    }
-    Ok(rust::write(&compiled.program, options))
-}
-
-/// Writes the header of the C module, or of a Rust module that exports the same functions.
-pub fn c_header(compiled: &Compiled, real: Real) -> String {
-    c::header(&compiled.program, real)
-}
-
-/// Writes the C module of a compiled model, which includes its header by this name.
-///
-/// # Errors
-/// [`CompileError::OutOfRange`].
-pub fn c_source(
-    compiled: &Compiled,
-    real: Real,
-    header_name: &str,
-) -> Result<String, CompileError> {
-    if real == Real::Float {
-        fits_single(&compiled.program)?;
-    }
-    Ok(c::source(&compiled.program, real, header_name))
-}
-
-/// Writes the Python wrapper of the C module, whose source and header have these names in the same folder.
-///
-/// # Errors
-/// [`CompileError::NotParametric`].
-pub fn python_module(
-    compiled: &Compiled,
-    real: Real,
-    source_name: &str,
-    header_name: &str,
-) -> Result<String, CompileError> {
-    is_fixed(compiled, "the Python wrapper of a C module")?;
-    Ok(python::write(&compiled.program, real, source_name, header_name))
-}
-
-/// Refuses what cannot follow parameters of the drawing.
-fn is_fixed(compiled: &Compiled, what: &'static str) -> Result<(), CompileError> {
-    match compiled.program.interface.drawn {
-        0 => Ok(()),
-        _ => Err(CompileError::NotParametric(what)),
-    }
-}
-
-/// Writes the files of a source FMU: for each, its path in the archive and its text.
-///
-/// # Errors
-/// [`CompileError::Controlled`].
-pub fn fmu_files(
-    compiled: &Compiled,
-    version: Version,
-) -> Result<Vec<(String, String)>, CompileError> {
-    let uncontrolled = compiled.program.interface.without_controllers("FMUs");
-    uncontrolled.map_err(CompileError::Controlled)?;
-    Ok(fmu::files(&compiled.program, version))
-}
-
-/// Checks that every finite constant is also finite in single precision.
-fn fits_single(program: &Program) -> Result<(), CompileError> {
-    let instructions = program.functions.iter().flat_map(|function| &function.instructions);
-    let constants = instructions.filter_map(|instruction| match instruction.op {
-        Op::Const(number) => Some(number),
-        _ => None,
-    });
-    let parameters = program.interface.parameters.iter().map(|parameter| parameter.value);
-    let mut numbers = constants.chain(parameters);
-    match numbers.find(|number| number.is_finite() && !(*number as f32).is_finite()) {
-        Some(number) => Err(CompileError::OutOfRange(number)),
-        None => Ok(()),
-    }
 }
