@@ -96,7 +96,10 @@ fn texts(program: &Program) -> Result<(), VerifyError> {
         ("the name of a fact", facts.iter().all(|fact| is_identifier(&fact.name))),
         (
             "a quantity",
-            quantities.clone().all(|it| is_identifier(&it.name) && is_line(&it.meaning)),
+            quantities.clone().all(|it| {
+                // Without a name, the number has that of what it belongs to.
+                (it.name.is_empty() || is_identifier(&it.name)) && is_line(&it.meaning)
+            }),
         ),
         ("the hash of the input", is_hash(&interface.source_hash)),
         ("the text of a parameter", parameters.iter().all(|it| is_line(&it.doc))),

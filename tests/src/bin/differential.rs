@@ -1,5 +1,6 @@
 //! Compares random mechanisms with Newton's and Euler's equations in maximal coordinates, through machine
-//! code and interpreter, in `f64` and `f32`: what `lamc verify` does, on models that nobody wrote.
+//! code and interpreter, in `f64` and `f32`: what `lamc verify` does, on models that nobody wrote. What was compiled is
+//! also written as bytes and read again.
 //!
 //! ```text
 //! cargo run -q -p lamc-tests --bin differential -- --count 150 [--seed 1] [--keep FOLDER]
@@ -12,7 +13,7 @@ use std::ops::Range;
 use std::process::ExitCode;
 
 use lamc::laminate::Mechanism;
-use lamc::pipeline::compile;
+use lamc::pipeline::{Compiled, compile};
 use lamc::source::SourceFile;
 use lamc_tests::varied::mechanism;
 use lamc_tests::{campaign, largest};
@@ -42,6 +43,9 @@ fn checks(text: &str) -> Result<Vec<Check>, String> {
     if !SIZES.contains(&mechanism.size) || mass_ratio(mechanism) > MASSES {
         checks.retain(|check| check.name != "single precision");
     }
+    let read = Compiled::from_bytes(&compiled.to_bytes()).map_err(|error| error.to_string())?;
+    let differs = format!("{read:?}") != format!("{compiled:?}");
+    checks.push(Check::new("serialised", 1, f64::from(u8::from(differs)), 0.0));
     Ok(checks)
 }
 

@@ -96,9 +96,14 @@ fn check(name: &str, compiled: &Compiled) {
     println!("{name}: {} bytes", bytes.len());
 }
 
+/// With every kind of force element, and with controllers, besides.
+fn models() -> impl Iterator<Item = &'static str> {
+    EXAMPLES.into_iter().chain(ROBOTS).chain(["finger", "servo"])
+}
+
 #[test]
 fn programs_that_are_read_are_those_that_were_written() {
-    for name in EXAMPLES.into_iter().chain(ROBOTS) {
+    for name in models() {
         check(name, &compile(&workspace().join(format!("examples/{name}.yaml"))));
     }
 }
@@ -106,12 +111,15 @@ fn programs_that_are_read_are_those_that_were_written() {
 /// What a cache keeps of a model is all that a command needs.
 #[test]
 fn models_that_are_read_are_those_that_were_compiled() {
-    for name in EXAMPLES.into_iter().chain(ROBOTS) {
+    for name in models() {
         let path = workspace().join(format!("examples/{name}.yaml"));
         let file = SourceFile::read(&path.display().to_string()).unwrap();
         let read = pipeline::read(&file, |_| Ok(())).unwrap();
         let derived = read.derive(|_, _| ()).unwrap();
         let bytes = derived.to_bytes(b"key");
+        // Another process, which has read nothing, derives the same.
+        let other = pipeline::Read::from_bytes(&read.to_bytes()).unwrap();
+        assert!(other.derive(|_, _| ()).unwrap().to_bytes(b"key") == bytes, "{name}");
         assert!(pipeline::Derived::from_bytes(&bytes, b"other key").is_err());
         let again = pipeline::Derived::from_bytes(&bytes, b"key").unwrap();
         assert_eq!(again.to_bytes(b"key"), bytes, "{name}");
