@@ -146,6 +146,7 @@ impl Workshop {
             .arg(format!("-DMODEL={name}"))
             .arg(format!("-DUPPER={}", name.to_ascii_uppercase()))
             .args(["-DREAL=double", "-I", "."])
+            .args((!compiled.program.interface.free.is_empty()).then_some("-DFREE"))
             .arg(
                 workspace()
                     .canonicalize()

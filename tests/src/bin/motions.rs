@@ -12,8 +12,8 @@ use std::process::ExitCode;
 
 use lamc_tests::campaign;
 use lamc_tests::motions::checks;
-use lamc_tests::varied::mechanism;
+use lamc_tests::varied::grounded;
 
 fn main() -> ExitCode {
-    campaign::run("motions", 20, &mechanism, &checks)
+    campaign::run("motions", 20, &grounded, &checks)
 }

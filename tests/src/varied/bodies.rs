@@ -6,7 +6,11 @@ use super::Writer;
 
 impl Writer {
     pub(super) fn body(&mut self, body: usize) {
-        let fixed = if body < self.drawing.fixed { "fixed: true, " } else { "" };
+        let fixed = match body < self.drawing.fixed {
+            true if self.is_free => "free: true, ",
+            true => "fixed: true, ",
+            false => "",
+        };
         let mut shape = match (self.drawing.facets.get(body).copied(), self.random.below(5)) {
             (Some(facet), _) => {
                 let corners = facet.map(|corner| self.scale.drawn(corner));

@@ -19,7 +19,7 @@ impl Writer {
         }
         let hinge = &self.drawing.hinges[joint];
         let [[ax, ay], [bx, by]] = hinge.axis.map(|point| self.scale.drawn(point));
-        let [first, second] = hinge.bodies;
+        let [first, second] = hinge.bodies.map(|body| self.known(body));
         let z = self.scale.exact(hinge.z);
         entries.push(format!("bodies: [b{first}, b{second}], axis: [[{ax}, {ay}], [{bx}, {by}]]"));
         if z != 0.0 {

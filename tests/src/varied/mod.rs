@@ -17,6 +17,9 @@ use std::fmt::Write;
 use crate::random::{FIXED, Hinge, Lines, Random, Recipe, hinges};
 use scale::Scale;
 
+/// One in so many mechanisms has no ground: a free body takes its place.
+const FREE: u64 = 8;
+
 /// A triangle of a sheet.
 type Facet = [[f64; 2]; 3];
 
@@ -32,10 +35,19 @@ struct Drawing {
 
 /// The text of a random mechanism; the same for the same seed.
 pub fn mechanism(seed: u64) -> String {
+    text(seed, seed % FREE == FREE - 1)
+}
+
+/// The same, but always with a ground.
+pub fn grounded(seed: u64) -> String {
+    text(seed, false)
+}
+
+fn text(seed: u64, is_free: bool) -> String {
     let mut random = Random::new(seed ^ 0x0a11);
     let drawing = drawing(&mut random);
     let scale = Scale::random(&mut random, drawing.closes());
-    let mut writer = Writer { random, scale, drawing, text: String::new() };
+    let mut writer = Writer { random, scale, drawing, is_free, text: String::new() };
     writer.model(seed);
     writer.text
 }
@@ -66,6 +78,7 @@ struct Writer {
     random: Random,
     scale: Scale,
     drawing: Drawing,
+    is_free: bool,
     text: String,
 }
 
@@ -97,7 +110,9 @@ impl Writer {
         }
         self.line("bodies:");
         for body in 0..self.drawing.bodies {
-            self.body(body);
+            if self.known(body) == body {
+                self.body(body);
+            }
         }
         if self.random.chance(0.3) {
             self.line("hinge_models:");
@@ -113,7 +128,7 @@ impl Writer {
             self.line("air: { density: \"1.2 + 0.1*sin(t)\", drag: 1.1 }");
         }
         self.contacts(seed);
-        self.initial();
+        self.initial(seed);
     }
 
     /// A thin stack, so that the mass is that of a sheet at any size.
@@ -155,13 +170,44 @@ impl Writer {
         ));
     }
 
-    /// Initial values of a joint that moves by itself.
-    fn initial(&mut self) {
+    /// Initial values of a joint that moves by itself, and of the free body.
+    fn initial(&mut self, seed: u64) {
         let joint = (0..self.drawing.hinges.len()).find(|joint| !self.is_driven(*joint));
-        let Some(joint) = joint.filter(|_| self.random.chance(0.5)) else { return };
-        let [q, u] = [0.1, 0.5].map(|value| self.scale.angle(value));
-        let fold = if self.random.chance(0.3) { ", fold: 20 %" } else { "" };
-        self.line(&format!("initial: {{ q: {{ j{joint}: {q} }}, u: {{ j{joint}: {u} }}{fold} }}"));
+        let mut entries = Vec::new();
+        if let Some(joint) = joint.filter(|_| self.random.chance(0.5)) {
+            let [q, u] = [0.1, 0.5].map(|value| self.scale.angle(value));
+            let fold = if self.random.chance(0.3) { ", fold: 20 %" } else { "" };
+            entries.push(format!("q: {{ j{joint}: {q} }}, u: {{ j{joint}: {u} }}{fold}"));
+        }
+        if self.is_free {
+            entries.push(self.adrift(&mut Random::new(seed ^ 0xf4ee)));
+        }
+        if !entries.is_empty() {
+            self.line(&format!("initial: {{ {} }}", entries.join(", ")));
+        }
+    }
+
+    /// The body that takes the place of a fixed one.
+    fn known(&self, body: usize) -> usize {
+        if self.is_free && body < self.drawing.fixed { 0 } else { body }
+    }
+
+    /// Where the free body is, and how it moves.
+    fn adrift(&self, random: &mut Random) -> String {
+        let mut row = |scale: &dyn Fn(f64) -> f64, most: f64| {
+            let [x, y, z] = [0.0; 3].map(|_: f64| scale(random.range(-most, most)));
+            format!("[{x:e}, {y:e}, {z:e}]")
+        };
+        let (length, angle) = (|x| self.scale.exact(x), |x| self.scale.angle(x));
+        let (position, velocity) = (row(&length, 0.1), row(&length, 0.1));
+        let (turn, rate) = (row(&angle, 1.5), row(&angle, 0.5));
+        let way = match random.chance(0.5) {
+            true => format!("turn: {turn}"),
+            false => "orientation: [0.5, 0.1, -0.7, 0.5]".to_owned(),
+        };
+        format!(
+            "bodies: {{ b0: {{ position: {position}, {way}, velocity: {velocity}, angular_velocity: {rate} }} }}"
+        )
     }
 
     /// A point near the drawing.

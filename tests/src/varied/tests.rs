@@ -12,11 +12,9 @@ fn models_have_every_key_of_the_schema() {
     let texts: Vec<String> = (0..MODELS).map(mechanism).collect();
     // Bodies and joints that come from drawings are those of other models.
     let is_drawn = |name: &str| name.starts_with("pattern");
-    // Free bodies have random models of their own (`formulation/free.rs`), because C knows none yet.
-    let is_free = |name: &str| name == "free" || name.starts_with("initial.bodies");
     // Controllers have tests of their own (`formulation/controllers.rs`), because FMUs refuse them.
     let is_control = |name: &str| name.starts_with("controllers");
-    let is_elsewhere = |name: &str| is_drawn(name) || is_free(name) || is_control(name);
+    let is_elsewhere = |name: &str| is_drawn(name) || is_control(name);
     let described = MAPPINGS.iter().filter(|it| !is_elsewhere(it.path));
     let keys: BTreeSet<&str> = described
         .flat_map(|mapping| mapping.keys)
