@@ -223,13 +223,15 @@ impl Printer {
         for statement in tables.add(function, &program.interface, fields) {
             wrap(&format!("    {statement}"), &mut lines);
         }
-        let is_empty = |argument: &&Argument| match argument {
+        let read = offered(program, function.kind);
+        let is_unread = |argument: &&Argument| match argument {
             Argument::Parameters => self.parameters.is_empty() && program.interface.drawn == 0,
             Argument::Inputs => self.inputs.is_empty(),
             _ => false,
         };
+        let is_unused = |argument: &&Argument| is_unread(argument) || !read.contains(argument);
         let inputs = given(program, function.kind);
-        let unused = inputs.iter().filter(is_empty);
+        let unused = inputs.iter().filter(is_unused);
         let unused = unused.map(|argument| argument.name()).collect();
         Written { signature: head(program, function), unused, lines }
     }
