@@ -5,6 +5,9 @@
 //! It has its own thread, which lives as long as the session. A lock within the process and a locked
 //! file between processes make other sessions wait.
 //!
+//! Without a key the engine writes a banner to standard output, unless the environment has `SYMBOLICA_HIDE_BANNER`: the
+//! command sets it for the process that derives, and `.cargo/config.toml` for those that cargo runs here.
+//!
 //! The engine orders the terms of a sum by the age of their symbols in the process. Each session
 //! therefore takes its symbols from one pool (`v0`, `v1`, ...), in the order in which it needs them, after those of
 //! all functions. So the order of terms depends only on the session, and not on what the process derived before.
@@ -70,7 +73,6 @@ where
     static TURN: Mutex<()> = Mutex::new(());
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let _file = lock_file()?;
-    hide_banner();
     thread::scope(|scope| {
         thread::Builder::new()
             .name("symbolic".to_owned())
@@ -150,18 +152,6 @@ fn holder(mut file: &File) -> String {
     match file.rewind().and_then(|()| file.take(20).read_to_string(&mut text)) {
         Ok(_) if text.parse::<u32>().is_ok() => format!(" (pid {text})"),
         _ => String::new(),
-    }
-}
-
-/// Tells the engine, by its documented environment variable, not to print its banner to our standard
-/// output.
-#[allow(unsafe_code, reason = "the switch is an environment variable")]
-fn hide_banner() {
-    const SWITCH: &str = "SYMBOLICA_HIDE_BANNER";
-    if env::var_os(SWITCH).is_none() {
-        // SAFETY: Rust code reads the environment through the standard library's lock, and so do the
-        // threads of this crate. The variable is set once, before the engine's first use.
-        unsafe { env::set_var(SWITCH, "1") }
     }
 }
 

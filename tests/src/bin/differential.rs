@@ -43,7 +43,7 @@ fn checks(text: &str) -> Result<Vec<Check>, String> {
     let compiled = compile(&file).map_err(|error| error.to_string())?;
     let mut checks = at_states(&compiled, &settings);
     let mechanism = &compiled.topology.mechanism;
-    let is_free = compiled.program.interface.free.len() > 0;
+    let is_free = !compiled.program.interface.free.is_empty();
     let masses = if is_free { FREE_MASSES } else { MASSES };
     if !SIZES.contains(&mechanism.size) || mass_ratio(mechanism) > masses {
         checks.retain(|check| check.name != "single precision");

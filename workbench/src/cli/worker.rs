@@ -124,6 +124,8 @@ fn ended(status: ExitStatus, said: &str, patience: Duration) -> String {
 /// Runs a worker for this model.
 fn ask(model: &[u8], enter: &mut impl FnMut(Stage, usize)) -> io::Result<Answer> {
     let mut command = Command::new(env::current_exe()?);
+    // Otherwise it writes a banner among the frames.
+    command.env("SYMBOLICA_HIDE_BANNER", "1");
     command.arg("worker").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut worker = command.spawn()?;
     let (Some(mut to), Some(from), Some(says)) =
