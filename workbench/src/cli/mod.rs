@@ -52,9 +52,10 @@ use load::{compiled, load, load_edited};
 
 const TERMS: &str = concat!(
     env!("CARGO_PKG_VERSION"),
-    "\n\nlamc derives equations with Symbolica, which is free for non-commercial use; any other \
-     use needs a key\nfrom symbolica.io, read from the environment variable SYMBOLICA_LICENSE. \
-     Generated code and\nlamc-runtime do not contain it (MIT OR Apache-2.0)."
+    "\n\nlamc derives equations with Symbolica, which has a licence of its own: personal use is free, \
+     professional\nuse, also at a university, needs a licence from symbolica.io, whose key is read from the \
+     environment\nvariable SYMBOLICA_LICENSE. Generated code and lamc-runtime do not contain it (MIT OR Apache-2.0). \
+     NOTICE in\nthe sources says more."
 );
 
 /// Compiler for the motion of laminate robots: writes Rust, C, Python or an FMU from a mechanism's YAML.
