@@ -140,7 +140,10 @@ pub fn verify_function(interface: &Interface, function: &Function) -> Result<(),
         }
     }
     let signature = kind.signature();
-    if function.outputs.is_empty() && signature.role != Role::Required {
+    // The other functions read what `drawing` computes.
+    let needed =
+        signature.role == Role::Required || (kind == FunctionKind::Drawing && interface.drawn > 0);
+    if function.outputs.is_empty() && !needed {
         return Ok(());
     }
     let names = function.outputs.iter().map(|output| output.name);
@@ -238,10 +241,11 @@ mod tests {
             let right = reading(&interface, kind, slot);
             assert_eq!(verify_function(&interface, &right), Ok(()));
             let none = Function { outputs: Vec::new(), ..right.clone() };
-            assert_eq!(
-                verify_function(&interface, &none).is_ok(),
-                signature.role != Role::Required
-            );
+            let optional = signature.role != Role::Required && kind != FunctionKind::Drawing;
+            assert_eq!(verify_function(&interface, &none).is_ok(), optional);
+            let fixed = Interface { drawn: 0, ..interface.clone() };
+            let optional = signature.role != Role::Required;
+            assert_eq!(verify_function(&fixed, &none).is_ok(), optional);
             let mut more = right.clone();
             more.outputs.push(right.outputs[0].clone());
             assert_eq!(verify_function(&interface, &more), Err(VerifyError::Outputs(kind)));

@@ -225,6 +225,8 @@ fn what_a_program_refers_to_exists() {
     assert_eq!(found, Some(VerifyError::Text("the name of the model")));
     let found = verified(&|program| program.interface.parameters[0].doc = "*/\nint".to_owned());
     assert_eq!(found, Some(VerifyError::Text("the text of a parameter")));
+    let found = verified(&|program| program.interface.drawn = 1);
+    assert_eq!(found, Some(VerifyError::Outputs(FunctionKind::Drawing)));
     let found = verified(&|program| {
         program.functions.pop();
     });
