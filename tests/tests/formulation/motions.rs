@@ -2,7 +2,7 @@
 
 use lamc_tests::campaign::{Outcome, outcome};
 use lamc_tests::motions::{NAMES, checks, compared};
-use lamc_tests::varied::mechanism;
+use lamc_tests::varied::grounded;
 use lamc_workbench::verify::Check;
 
 /// Mechanisms of few joints, trees and loops.
@@ -11,7 +11,7 @@ const SEEDS: [u64; 4] = [7, 13, 15, 104];
 #[test]
 fn random_mechanisms_pass() {
     for seed in SEEDS {
-        match outcome(&mechanism(seed), &checks) {
+        match outcome(&grounded(seed), &checks) {
             Outcome::Passes(_) => {}
             other => panic!("seed {seed}: {other:?}"),
         }
