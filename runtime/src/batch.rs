@@ -259,7 +259,7 @@ pub trait Batch<V: Lanes>: Sized {
             return Err(LaneError { lane: 0, error: Error::Time });
         }
         let mut next = *states;
-        let done = advance(self, &mut next, dt);
+        let done = advance(self, &mut next, dt) & finite(&[states.t]);
         for lane in members(all::<V>() & !done) {
             let mechanism = self.lane(lane);
             let mut state = state_of(&mechanism, states, lane);

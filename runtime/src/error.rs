@@ -66,7 +66,7 @@ pub enum Error {
         /// The time that was reached, s, to seven digits.
         t: f32,
     },
-    /// A step or an end time is not a finite number, or a step is not positive.
+    /// A time or a step is not a finite number, or a step is not positive.
     Time,
 }
 
@@ -126,7 +126,7 @@ impl fmt::Display for Error {
                 write!(out, "no state of rest found: {force:.3e} N m are left")
             }
             Self::StepTooSmall { t } => write!(out, "step became too small at t = {t} s"),
-            Self::Time => write!(out, "step or end time is not a usable number"),
+            Self::Time => write!(out, "a time or a step is not a usable number"),
         }
     }
 }

@@ -108,6 +108,10 @@ pub(crate) fn assemble_pinned<Y: Mechanism>(
     let candidate = split(&mut workspace, coordinates)?;
     search.set_limits();
     copy(search.guess, q)?;
+    system.normalise(search.guess);
+    if let Some(joint) = not_finite(&[search.guess]) {
+        return Err(Error::NotFinite { joint });
+    }
     for (angle, limits) in search.guess.iter_mut().zip(limits(search.lower, search.upper)) {
         *angle = wrapped(*angle, limits);
     }

@@ -17,7 +17,7 @@ pub(super) fn step<Y: Mechanism>(
     dt: Y::Scalar,
     mut attempt: impl FnMut(&mut StateOf<Y>, Y::Scalar) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    if !is_forward(dt) {
+    if !is_forward(dt) || !state.t.is_finite() {
         return Err(Error::Time);
     }
     let start = state.clone();

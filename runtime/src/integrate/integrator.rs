@@ -9,8 +9,8 @@ pub trait Integrator<Y: Mechanism> {
     ///
     /// # Errors
     ///
-    /// [`Error::StepTooSmall`]; at a new state those of
-    /// [`acceleration`](crate::acceleration()). The state is then unchanged.
+    /// [`Error::StepTooSmall`]; [`Error::Time`] if the end is not later than the state, or not finite; at a new state
+    /// those of [`acceleration`](crate::acceleration()). The state is then unchanged.
     fn step(&mut self, system: &Y, state: &mut StateOf<Y>, t_end: Y::Scalar) -> Result<(), Error>;
 
     /// The state at a time (s) within the last step: the continuous extension, projected as steps

@@ -1,6 +1,7 @@
 //! Control of the step from an estimate of its error: the PI controller of K. Gustafsson as
 //! Hairer and Wanner use it ("Solving Ordinary Differential Equations II", IV.2).
 
+use super::fixed::is_forward;
 use crate::{Error, Scalar};
 
 /// Step-size control of an adaptive integrator.
@@ -27,6 +28,9 @@ impl<S: Scalar> Steps<S> {
         [shortest, longest]: [S; 2],
         mut attempt: impl FnMut(S) -> Result<S, Error>,
     ) -> Result<bool, Error> {
+        if !is_forward(t_end - t) {
+            return Err(Error::Time);
+        }
         let of = S::from_f64;
         let least = shortest.max(of(4.0) * S::EPSILON * t.abs().max(t_end.abs()));
         // A first guess may be too careful for the digits there are.

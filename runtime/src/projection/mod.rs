@@ -49,7 +49,7 @@ pub(crate) fn worst_loop<S: Scalar>(residual: &[S], loops: usize) -> (usize, S) 
 }
 
 /// Moves q (rad) onto the closure and u (rad/s) onto its tangent, driven joints to where they
-/// should be at t (s). Without loops and drives nothing happens.
+/// should be at t (s). Without loops and drives nothing moves.
 ///
 /// # Errors
 ///
@@ -88,12 +88,18 @@ fn project_within<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
     let dimensions = check(system, workspace, &[q.len()], &[u.len()])?;
-    if dimensions.loops + dimensions.drives == 0 {
-        return Ok(Projected { residual: Y::Scalar::ZERO, rank: 0 });
-    }
-    match directly(system, q, u, enough, workspace)? {
-        Some(projected) => Ok(projected),
-        None => generally(system, t, q, u, workspace),
+    let projected = if dimensions.loops + dimensions.drives == 0 {
+        Projected { residual: Y::Scalar::ZERO, rank: 0 }
+    } else {
+        match directly(system, q, u, enough, workspace)? {
+            Some(projected) => projected,
+            None => generally(system, t, q, u, workspace)?,
+        }
+    };
+    // Not every coordinate takes part in the closure.
+    match not_finite(&[q, u]) {
+        Some(joint) => Err(Error::NotFinite { joint }),
+        None => Ok(projected),
     }
 }
 
@@ -131,10 +137,7 @@ fn generally<Y: Mechanism>(
         return Err(closure.open(system));
     }
     let rank = closure.move_speeds(system, u, Gap::of(system, residual))?;
-    match not_finite(&[q, u]) {
-        Some(joint) => Err(Error::NotFinite { joint }),
-        None => Ok(Projected { residual, rank }),
-    }
+    Ok(Projected { residual, rank })
 }
 
 /// By the system's own elimination, where that holds and closes the loops; otherwise q and u stay as

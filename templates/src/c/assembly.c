@@ -101,6 +101,9 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     set_limits(&search.limits, t, p, in);
 #if FREE_COUNT > 0
     copy(search.guess, q, COORDINATES);
+    normalise(search.guess);
+    if (!all_finite(search.guess, COORDINATES))
+        return status_not_finite;
 #endif
     for (int i = 0; i < JOINTS; i++)
         search.guess[i] = wrapped(&search.limits, i, q[i]);

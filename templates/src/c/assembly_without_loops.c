@@ -9,11 +9,18 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     (void)pinned;
     if (!all_finite(q, COORDINATES))
         return status_not_finite;
+#if FREE_COUNT > 0
+    {
+        real guess[COORDINATES];
+        copy(guess, q, COORDINATES);
+        normalise(guess);
+        if (!all_finite(guess, COORDINATES))
+            return status_not_finite;
+        copy(q, guess, COORDINATES);
+    }
+#endif
     set_limits(&limits, t, p, in);
     for (int i = 0; i < JOINTS; i++)
         q[i] = wrapped(&limits, i, q[i]);
-#if FREE_COUNT > 0
-    normalise(q);
-#endif
     return status_ok;
 }

@@ -9,12 +9,17 @@
 
 enum { body_coordinates = 7, body_speeds = 6, displacements = 3 };
 
-/* Brings the quaternions to norm one. */
+/* Brings the quaternions to norm one; one of zeros has no direction and becomes NaN. */
 PRIVATE void normalise(real *q)
 {
     for (int body = 0; body < FREE_COUNT; body++) {
         real *p = q + JOINTS + body * body_coordinates + displacements;
-        const real norm = square_root(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
+        /* The squares of the quotients neither overflow nor vanish. */
+        const real largest = largest_magnitude(p, 4);
+        real norm;
+        for (int i = 0; i < 4; i++)
+            p[i] = p[i] / largest;
+        norm = square_root(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
         for (int i = 0; i < 4; i++)
             p[i] = p[i] / norm;
     }

@@ -1,4 +1,4 @@
-//! What the fuzzer calls: the stages that read a model, up to its loops, and the readers of numbers.
+//! What the fuzzer calls: the stages that read a model, up to its loops, the readers of numbers, and the runtime.
 
 #![allow(dead_code, unused_imports, reason = "the crates' own files, of which a part is used")]
 
@@ -32,9 +32,14 @@ pub mod identify {
 pub mod corpus;
 pub mod targets;
 
-/// Runs a target.
-pub fn run(name: &str, input: &[u8]) {
-    let target = targets::TARGETS.iter().find(|(known, _)| *known == name);
-    let (_, target) = target.expect("a target of this name");
-    target(input);
+use std::sync::LazyLock;
+
+/// Runs the target whose name is in the variable `TARGET`.
+pub fn run(input: &[u8]) {
+    static TARGET: LazyLock<targets::Target> = LazyLock::new(|| {
+        let name = std::env::var("TARGET").expect("the variable TARGET");
+        let target = targets::TARGETS.iter().find(|(known, _)| *known == name);
+        target.unwrap_or_else(|| panic!("there is no target {name}")).1
+    });
+    TARGET(input);
 }

@@ -25,7 +25,7 @@ use nalgebra::DMatrix;
 use super::c_free::free_sixbar;
 
 /// Every function of the formulas, and names that C or its preprocessors have other uses for.
-const FORMULAS: &str = r#"
+pub(super) const FORMULAS: &str = r#"
 name: r
 bodies:
   base: { fixed: true }
@@ -86,7 +86,7 @@ pub(super) struct Case {
     pub(super) compiled: Compiled,
     pub(super) system: Interpreter,
     /// Parameters and inputs.
-    constants: Vec<f64>,
+    pub(super) constants: Vec<f64>,
     pub(super) states: Vec<State64>,
     /// Steps of a motion that are compared: none where neighbouring motions part.
     pub(super) steps: usize,
@@ -132,7 +132,7 @@ impl Case {
     }
 
     /// What tells the driver whether there are free bodies.
-    fn flag(&self) -> &'static str {
+    pub(super) fn flag(&self) -> &'static str {
         if self.compiled.program.interface.free.is_empty() { "-UFREE" } else { "-DFREE" }
     }
 
@@ -279,11 +279,11 @@ fn nudged(q: &[f64]) -> Vec<f64> {
     q.iter().enumerate().map(|(joint, q)| q + 1e-4 * f64::sin(1.0 + joint as f64)).collect()
 }
 
-fn code<T>(done: &Result<T, Error>) -> i32 {
+pub(super) fn code<T>(done: &Result<T, Error>) -> i32 {
     done.as_ref().map_or_else(Error::code, |_| 0)
 }
 
-fn words(numbers: &[&[f64]]) -> String {
+pub(super) fn words(numbers: &[&[f64]]) -> String {
     numbers.concat().iter().map(|number| format!(" {number:?}")).collect()
 }
 
@@ -304,8 +304,9 @@ fn cases() -> Vec<Case> {
         }
         cases.push(case);
     }
-    // The functions of a long module are tables.
-    let mut case = Case::new(compile_text(&miura(6, 6)), Vec::new());
+    // The functions of a long module are tables, also where there are parameters.
+    let text = miura(6, 6) + "parameters: { spare: 1 }\n";
+    let mut case = Case::new(compile_text(&text), Vec::new());
     assert_eq!(case.compiled.program.form(FunctionKind::Projection), Form::Tables);
     let mut state = case.system.assembled().unwrap();
     state.u.fill(1.0);
@@ -354,7 +355,7 @@ pub(super) fn successful(command: &mut Command, what: &str) -> String {
 }
 
 /// Writes source and header, and compiles them strictly with every compiler there is.
-fn write_c(folder: &Path, case: &Case, real: Real, compilers: &[&str]) -> PathBuf {
+pub(super) fn write_c(folder: &Path, case: &Case, real: Real, compilers: &[&str]) -> PathBuf {
     let name = case.name();
     let source = folder.join(format!("{name}.c"));
     let header = format!("{name}.h");

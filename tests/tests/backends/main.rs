@@ -17,4 +17,5 @@ mod readable;
 mod reserved;
 mod selections;
 mod serialised;
+mod special;
 mod tables;

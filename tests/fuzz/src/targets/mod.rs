@@ -13,13 +13,16 @@ use lamc_workbench::mocap::{Quaternions, angles};
 use lamc_workbench::reading::{configurations, states};
 
 mod drawings;
+mod runtime;
 mod structure;
+
+use runtime::{Function, call};
 
 /// A target.
 pub type Target = fn(&[u8]);
 
 /// Every target by its name.
-pub const TARGETS: [(&str, Target); 13] = [
+pub const TARGETS: [(&str, Target); 31] = [
     ("yaml", yaml),
     ("popupcad", popupcad),
     ("formula", formula),
@@ -33,6 +36,24 @@ pub const TARGETS: [(&str, Target); 13] = [
     ("fold", drawings::read_fold),
     ("dxf", drawings::read_dxf),
     ("pattern", drawings::pattern),
+    ("acceleration", |input| call(Function::Acceleration, input)),
+    ("acceleration_in_motion", |input| call(Function::InMotion, input)),
+    ("acceleration_and_forces", |input| call(Function::Forces, input)),
+    ("jacobian", |input| call(Function::Jacobian, input)),
+    ("derivatives_along", |input| call(Function::Along, input)),
+    ("assemble", |input| call(Function::Assemble, input)),
+    ("project", |input| call(Function::Project, input)),
+    ("equilibrium", |input| call(Function::Equilibrium, input)),
+    ("linearize", |input| call(Function::Linearize, input)),
+    ("rk4", |input| call(Function::Rk4, input)),
+    ("euler", |input| call(Function::Euler, input)),
+    ("dopri5", |input| call(Function::Dopri5, input)),
+    ("rodas", |input| call(Function::Rodas, input)),
+    ("stopped", |input| call(Function::Stopped, input)),
+    ("rigid", |input| call(Function::Rigid, input)),
+    ("control", runtime::control),
+    ("batch", runtime::batch),
+    ("rotations", runtime::rotations),
 ];
 
 /// Any text as a model.

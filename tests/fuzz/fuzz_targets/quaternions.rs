@@ -1,4 +1,0 @@
-//! The target `quaternions` of the fuzzer.
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|input: &[u8]| lamc_fuzz::run("quaternions", input));
