@@ -9,6 +9,7 @@
 //! so that A = [0 1; -K -D]. At rest T changes only to second order, and the reaction of the
 //! closure does no work along it.
 
+use crate::acceleration::not_finite;
 use crate::linear::dot;
 use crate::linearised::Linearised;
 use crate::{Error, Mechanism};
@@ -62,7 +63,13 @@ pub fn linearize<Y: Mechanism>(
             out.inputs[k * dimensions.inputs + input] = dot(direction, forces);
         }
     }
-    Ok(freedoms)
+    let square = freedoms * freedoms;
+    let [stiffness, damping] = [&out.stiffness[..square], &out.damping[..square]];
+    let inputs = &out.inputs[..freedoms * dimensions.inputs];
+    match not_finite(&[&out.basis[..freedoms * n], stiffness, damping, inputs]) {
+        Some(index) => Err(Error::NotFinite { joint: index % n }),
+        None => Ok(freedoms),
+    }
 }
 
 impl<Y: Mechanism> Linearised<'_, Y> {
