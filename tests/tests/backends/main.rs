@@ -17,5 +17,6 @@ mod readable;
 mod reserved;
 mod selections;
 mod serialised;
+mod single;
 mod special;
 mod tables;
