@@ -234,6 +234,20 @@ def test_arguments_that_do_not_fit(pendulum: lamc.Model) -> None:
             motion.animate("x.mp4", speed=speed)
 
 
+def test_numbers_that_no_robot_has(pendulum: lamc.Model) -> None:
+    for number in (np.nan, np.inf, -np.inf):
+        with pytest.raises(lamc.Error, match="not finite"):
+            pendulum.acceleration([number])
+        with pytest.raises(lamc.Error, match="not finite"):
+            pendulum.step([0.0], [number], 1e-3)
+    rest = pendulum.acceleration([0.0])
+    assert pendulum.acceleration([5e-324]) == rest
+    turns = 2 * np.pi * 1e8
+    assert np.isfinite(pendulum.acceleration([turns])).all()
+    for turned, straight in zip(pendulum.poses([turns]), pendulum.poses([0.0]), strict=True):
+        assert np.allclose(turned, straight, atol=1e-7)
+
+
 def test_samples_end_once(pendulum: lamc.Model) -> None:
     for duration, rate in ((0.07, 100), (0.55, 100), (0.14, 50), (0.3, 10), (0.105, 100)):
         t = pendulum.simulate(duration, rate, inputs={"motor": 0.0}).t

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use lamc::backend::c::Real;
-use lamc_runtime::{Mechanism, Rk4, State, acceleration, assemble, project};
+use lamc_generated::linkage::{self, Linkage};
+use lamc_runtime::{Error, Mechanism, Rk4, State, acceleration, assemble, project};
 use lamc_tests::relative_error;
 
 use super::c::{
@@ -150,4 +151,27 @@ fn turns_are_not_counted() {
     let error = relative_error(&case.system.poses(&state.q).unwrap().into_flattened(), &expected);
     // Half the distance between two numbers there is 6e-8, and TAU has an error of 2.5e-16.
     assert!(error < 2e-7, "{error:e}");
+}
+
+/// A parameter out of its range may make a mass negative, or nothing at all: then there is no acceleration.
+#[test]
+fn masses_that_parameters_make_negative_are_failures() {
+    let robot = Linkage::<f64>::default();
+    let state = robot.assembled().unwrap();
+    let with = |width| Linkage::with_params(linkage::Params { width, ..*robot.params() });
+    for (width, expected) in [
+        (-0.02, Error::MassMatrix { joint: 0 }.code()),
+        (f64::NAN, Error::NotFinite { joint: 0 }.code()),
+        (f64::INFINITY, Error::NotFinite { joint: 0 }.code()),
+    ] {
+        let robot = with(width);
+        let mut moved = state;
+        for found in
+            [robot.acceleration(0.0, &state.q, &state.u).map(|_| ()), robot.step(&mut moved, STEP)]
+        {
+            assert_eq!(code(&found), expected, "{width}: {found:?}");
+        }
+        assert_eq!(moved, state);
+    }
+    assert!(with(0.021).acceleration(0.0, &state.q, &state.u).is_ok());
 }
