@@ -223,6 +223,7 @@ fn general<Y: Mechanism>(
     write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian, gamma })?;
     factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
     let failure = not_finite(&[q, u, out]);
+    let mut overflows = None;
     forward(mass, out);
     let found = if c == 0 {
         (Constraint::strong(0), None)
@@ -242,11 +243,13 @@ fn general<Y: Mechanism>(
             for torque in lambda.iter_mut().skip(dimensions.rows) {
                 *torque *= system.size();
             }
+            // A force of a loop belongs to all of its joints.
+            overflows = not_finite(&[lambda]).map(|_| 0);
         }
         found
     };
     backward(mass, out);
-    match failure.or_else(|| not_finite(&[out])) {
+    match failure.or_else(|| not_finite(&[out])).or(overflows) {
         Some(joint) => Err(Error::NotFinite { joint }),
         None => Ok(found),
     }

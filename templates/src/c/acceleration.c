@@ -99,6 +99,8 @@ static int accelerate_generally(real t, const real *q, const real *u, const para
     substitute_forward(mass, y, SPEEDS);
 #if RESIDUALS > 0
     weak = add_push(t, q, u, p, in, mass, jacobian, gamma, zone, y, multipliers);
+    if (multipliers && !all_finite(multipliers, ROWS))
+        return status_not_finite;
 #else
     (void)multipliers;
 #endif
