@@ -69,6 +69,10 @@ impl Numbers<'_> {
         self.0.next().copied().unwrap_or_default()
     }
 
+    fn one_in(&mut self, count: u8) -> bool {
+        self.byte().is_multiple_of(count)
+    }
+
     fn number(&mut self) -> f64 {
         match self.byte() {
             angle @ 0..=200 => (f64::from(angle) - 100.0) / 32.0,
@@ -127,9 +131,9 @@ pub fn call(function: Function, input: &[u8]) {
 
 /// A state, near a closed one or anywhere.
 fn state_of<M: Mechanism>(robot: &M, numbers: &mut Numbers) -> StateOf<M> {
-    let closed = if numbers.byte() % 4 == 0 { None } else { robot.assembled().ok() };
+    let closed = if numbers.one_in(4) { None } else { robot.assembled().ok() };
     let mut state = closed.unwrap_or_else(|| robot.initial());
-    if numbers.byte() % 4 == 0 {
+    if numbers.one_in(4) {
         state.t = numbers.scalar();
     }
     numbers.change(state.q.as_mut());
@@ -156,51 +160,46 @@ fn at<M: Mechanism>(function: Function, robot: &M, numbers: &mut Numbers) {
         }
         Function::Dopri5 => adaptive(robot, &mut Dopri5::new(robot), &mut state, numbers),
         Function::Rodas => adaptive(robot, &mut Rodas::new(robot), &mut state, numbers),
-        _ => evaluate(function, robot, state, numbers),
+        Function::Assemble | Function::Project | Function::Equilibrium | Function::Linearize => {
+            configurations(function, robot, state, numbers);
+        }
+        _ => rates(function, robot, &state, numbers),
     }
 }
 
-/// Functions of one state.
-fn evaluate<M: Mechanism>(
-    function: Function,
-    robot: &M,
-    mut state: StateOf<M>,
-    numbers: &mut Numbers,
-) {
+/// du/dt, what goes with it, and its derivatives.
+fn rates<M: Mechanism>(function: Function, robot: &M, state: &StateOf<M>, numbers: &mut Numbers) {
     let sizes = robot.dimensions();
     let zeros = |count: usize| vec![M::Scalar::ZERO; count];
     let n = sizes.speeds;
     let (mut workspace, mut out) = (robot.workspace(), robot.speeds());
     let (workspace, out) = (workspace.as_mut(), out.as_mut());
-    let State { t, q, u } = &mut state;
-    let (t, speeds) = (*t, u.as_ref());
+    let (t, q, u) = (state.t, state.q.as_ref(), state.u.as_ref());
     match function {
         Function::Acceleration => {
-            let done = acceleration(robot, t, q.as_ref(), speeds, workspace, out);
+            let done = acceleration(robot, t, q, u, workspace, out);
             finite(done, &[out]);
         }
         Function::InMotion => {
-            let done = acceleration_in_motion(robot, t, q.as_ref(), speeds, workspace, out);
+            let done = acceleration_in_motion(robot, t, q, u, workspace, out);
             finite(done, &[out]);
         }
         Function::Forces => {
             let mut lambda = zeros(sizes.rows + sizes.drives);
-            let done =
-                acceleration_and_forces(robot, t, q.as_ref(), speeds, workspace, out, &mut lambda);
+            let done = acceleration_and_forces(robot, t, q, u, workspace, out, &mut lambda);
             finite(done, &[out, &lambda]);
         }
         Function::Jacobian => {
             let [mut dq, mut du, mut dt] = [n * n, n * n, n].map(zeros);
             let into = JacobianMut { acceleration: out, dq: &mut dq, du: &mut du, dt: &mut dt };
-            let done = jacobian(robot, t, q.as_ref(), speeds, workspace, into);
+            let done = jacobian(robot, t, q, u, workspace, into);
             finite(done, &[out, &dq, &du, &dt]);
         }
-        Function::Along => {
+        _ => {
             let (mut step, mut parameters) = (zeros(n), zeros(sizes.parameters));
             numbers.change(&mut step);
             numbers.change(&mut parameters);
-            let inputs = zeros(sizes.inputs);
-            let t_change = numbers.scalar();
+            let (t_change, inputs) = (numbers.scalar(), zeros(sizes.inputs));
             let change = Change {
                 t: t_change,
                 q: &step,
@@ -210,22 +209,38 @@ fn evaluate<M: Mechanism>(
             };
             let mut out = zeros(2 * n);
             let changes = [change].into_iter();
-            let done =
-                derivatives_along(robot, t, q.as_ref(), speeds, changes, workspace, &mut out);
+            let done = derivatives_along(robot, t, q, u, changes, workspace, &mut out);
             finite(done, &[&out]);
         }
+    }
+}
+
+/// Configurations that are sought, and small motions about one.
+fn configurations<M: Mechanism>(
+    function: Function,
+    robot: &M,
+    mut state: StateOf<M>,
+    numbers: &mut Numbers,
+) {
+    let sizes = robot.dimensions();
+    let n = sizes.speeds;
+    let mut workspace = robot.workspace();
+    let workspace = workspace.as_mut();
+    let State { t, q, u } = &mut state;
+    let t = *t;
+    let before = bits(q.as_ref());
+    match function {
         Function::Assemble => {
-            let pinned: Vec<bool> = (0..sizes.joints).map(|_| numbers.byte() % 4 == 0).collect();
-            let before = bits(q.as_ref());
+            let pinned: Vec<bool> = (0..sizes.joints).map(|_| numbers.one_in(4)).collect();
             let done = assemble(robot, t, q.as_mut(), &pinned, workspace);
             finite_or_kept(done, before, q.as_ref());
         }
         Function::Equilibrium => {
-            let before = bits(q.as_ref());
             let done = equilibrium(robot, t, q, workspace);
             finite_or_kept(done, before, q.as_ref());
         }
         Function::Linearize => {
+            let zeros = |count: usize| vec![M::Scalar::ZERO; count];
             let [mut basis, mut stiffness, mut damping] = [n * n; 3].map(zeros);
             let mut inputs = zeros(n * sizes.inputs);
             let into = LinearizationMut {
@@ -253,7 +268,7 @@ fn steps<M: Mechanism>(
     mut step: impl FnMut(&mut StateOf<M>, M::Scalar) -> Result<(), Error>,
 ) {
     for _ in 0..STEPS {
-        let dt = if numbers.byte() % 2 == 0 { M::Scalar::from_f64(1e-3) } else { numbers.scalar() };
+        let dt = if numbers.one_in(2) { M::Scalar::from_f64(1e-3) } else { numbers.scalar() };
         let before = bits_of::<M>(&state);
         let done = step(&mut state, dt);
         finite_or_same::<M>(done, before, &state);
