@@ -78,9 +78,6 @@ pub(crate) fn assemble_pinned<Y: Mechanism>(
     mut workspace: &mut [Y::Scalar],
 ) -> Result<Assembly<Y::Scalar>, Error> {
     let dimensions = check(system, workspace, &[q.len()], &[])?;
-    if let Some(joint) = not_finite(&[q]) {
-        return Err(Error::NotFinite { joint });
-    }
     let Dimensions { coordinates, speeds: n, joints, loops, .. } = dimensions;
     let r = 9 * loops;
     let mut search = Search {
@@ -107,14 +104,7 @@ pub(crate) fn assemble_pinned<Y: Mechanism>(
     let attempt = split(&mut workspace, coordinates)?;
     let candidate = split(&mut workspace, coordinates)?;
     search.set_limits();
-    copy(search.guess, q)?;
-    system.normalise(search.guess);
-    if let Some(joint) = not_finite(&[search.guess]) {
-        return Err(Error::NotFinite { joint });
-    }
-    for (angle, limits) in search.guess.iter_mut().zip(limits(search.lower, search.upper)) {
-        *angle = wrapped(*angle, limits);
-    }
+    search.set_guess(q)?;
     let holds: [&dyn Fn(usize) -> bool; 2] = [is_pinned, &|_| false];
     for held in holds {
         if !search.find(attempt, candidate, held, 0..RESTARTS)? {
@@ -225,6 +215,19 @@ impl<Y: Mechanism> Search<'_, Y> {
             let slots = [self.lower.get_mut(drive.joint), self.upper.get_mut(drive.joint)];
             slots.into_iter().flatten().for_each(|limit| *limit = drive.position);
         });
+    }
+
+    /// Takes a guess with angles within the limits and quaternions of norm one.
+    fn set_guess(&mut self, q: &[Y::Scalar]) -> Result<(), Error> {
+        copy(self.guess, q)?;
+        self.system.normalise(self.guess);
+        if let Some(joint) = not_finite(&[self.guess]) {
+            return Err(Error::NotFinite { joint });
+        }
+        for (angle, limits) in self.guess.iter_mut().zip(limits(self.lower, self.upper)) {
+            *angle = wrapped(*angle, limits);
+        }
+        Ok(())
     }
 
     /// Lets no joint leave the side of zero on which its guess lies.

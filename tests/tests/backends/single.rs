@@ -14,6 +14,7 @@ use lamc_generated::swing::Swing;
 use lamc_generated::triple_pendulum::TriplePendulum;
 use lamc_runtime::{Mechanism, State, acceleration, assemble, project};
 use lamc_tests::random::Random;
+use lamc_tests::compare::keep_largest;
 use lamc_tests::{largest, largest_difference, workspace};
 
 /// States of each example.
@@ -59,8 +60,8 @@ where
         acceleration(single, t as f32, &q, &u, single.workspace().as_mut(), rates.as_mut())
             .unwrap();
         let rates: Vec<f64> = rates.as_ref().iter().map(|&rate| f64::from(rate)).collect();
-        off = off.max(largest_difference(&rates, exact.as_ref()));
-        most = most.max(largest(exact.as_ref()));
+        off = keep_largest(off, largest_difference(&rates, exact.as_ref()));
+        most = keep_largest(most, largest(exact.as_ref()));
         count += 1;
     }
     (off / most, count)
