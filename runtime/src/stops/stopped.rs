@@ -41,9 +41,9 @@ impl<Y: Mechanism> Stopped<Y> {
         }
     }
 
-    /// The limit at which a joint is held, rad.
+    /// The limit at which a joint is held, rad; `None` for one that is not held, or does not exist.
     pub fn held_at(&self, joint: usize) -> Option<Y::Scalar> {
-        let side = self.sides.as_ref()[joint];
+        let side = *self.sides.as_ref().get(joint)?;
         (side != Y::Scalar::ZERO).then(|| self.limit(joint, side))
     }
 

@@ -13,8 +13,8 @@ use lamc_generated::sixbar::Sixbar;
 use lamc_generated::swing::Swing;
 use lamc_generated::triple_pendulum::TriplePendulum;
 use lamc_runtime::{Mechanism, State, acceleration, assemble, project};
-use lamc_tests::random::Random;
 use lamc_tests::compare::keep_largest;
+use lamc_tests::random::Random;
 use lamc_tests::{largest, largest_difference, workspace};
 
 /// States of each example.
