@@ -83,13 +83,9 @@ pub fn write_difference<S: Arithmetic>(from: &[S], to: &[S], out: &mut [S], join
     }
 }
 
-/// Brings the quaternions to norm one, as [`Mechanism::normalise`](crate::Mechanism::normalise) does; one of zeros has no
-/// direction and becomes NaN.
+/// Brings the quaternions to norm one, as [`Mechanism::normalise`](crate::Mechanism::normalise) does.
 pub fn normalise<S: Arithmetic>(q: &mut [S], joints: usize) {
     for [_, _, _, p @ ..] in coordinates(q, joints) {
-        // The squares of the quotients neither overflow nor vanish.
-        let largest = p.iter().fold(S::ZERO, |most, p| most.max(p.abs()));
-        p.iter_mut().for_each(|p| *p = *p / largest);
         let norm = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]).sqrt();
         p.iter_mut().for_each(|p| *p = *p / norm);
     }

@@ -217,13 +217,16 @@ impl<Y: Mechanism> Search<'_, Y> {
         });
     }
 
-    /// Takes a guess with angles within the limits and quaternions of norm one.
+    /// Takes a guess, with angles within the limits. Quaternions of zeros, or whose squares are not numbers, have no
+    /// direction: after the second division they are NaN.
     fn set_guess(&mut self, q: &[Y::Scalar]) -> Result<(), Error> {
-        copy(self.guess, q)?;
-        self.system.normalise(self.guess);
-        if let Some(joint) = not_finite(&[self.guess]) {
+        copy(self.trial, q)?;
+        self.system.normalise(self.trial);
+        self.system.normalise(self.trial);
+        if let Some(joint) = not_finite(&[self.trial]) {
             return Err(Error::NotFinite { joint });
         }
+        copy(self.guess, q)?;
         for (angle, limits) in self.guess.iter_mut().zip(limits(self.lower, self.upper)) {
             *angle = wrapped(*angle, limits);
         }

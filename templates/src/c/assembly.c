@@ -100,10 +100,13 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     search.p = p;
     set_limits(&search.limits, t, p, in);
 #if FREE_COUNT > 0
-    copy(search.guess, q, COORDINATES);
-    normalise(search.guess);
-    if (!all_finite(search.guess, COORDINATES))
+    /* Quaternions of zeros, or whose squares are not numbers, have no direction: the second division shows it. */
+    copy(found, q, COORDINATES);
+    normalise(found);
+    normalise(found);
+    if (!all_finite(found, COORDINATES))
         return status_not_finite;
+    copy(search.guess, q, COORDINATES);
 #endif
     for (int i = 0; i < JOINTS; i++)
         search.guess[i] = wrapped(&search.limits, i, q[i]);

@@ -9,18 +9,12 @@
 
 enum { body_coordinates = 7, body_speeds = 6, displacements = 3 };
 
-/* Brings the quaternions to norm one; one of zeros has no direction and becomes NaN. */
+/* Brings the quaternions to norm one. */
 PRIVATE void normalise(real *q)
 {
     for (int body = 0; body < FREE_COUNT; body++) {
         real *p = q + JOINTS + body * body_coordinates + displacements;
-        /* The squares of the quotients neither overflow nor vanish. */
-        real largest = 0, norm;
-        for (int i = 0; i < 4; i++)
-            largest = larger(largest, magnitude(p[i]));
-        for (int i = 0; i < 4; i++)
-            p[i] = p[i] / largest;
-        norm = square_root(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
+        const real norm = square_root(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
         for (int i = 0; i < 4; i++)
             p[i] = p[i] / norm;
     }

@@ -100,14 +100,12 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
     let library: Vec<_> = library.iter().map(|name| format!("{name}{suffix}")).collect();
     context.insert("library", &library);
     let uses = |wanted: fn(&Op) -> bool| ops.iter().any(wanted);
-    // Norms of quaternions do.
-    let turns_freely = !program.interface.free.is_empty();
     let offers = |wanted| functions.iter().any(|function| function.kind == wanted);
     let switches = [
         Switch::new("ACCELERATION_IS_DIRECT", offers(FunctionKind::Acceleration)),
         Switch::new("PROJECTION_IS_DIRECT", offers(FunctionKind::Projection)),
         Switch::new("USES_MINIMUM", uses(|op| matches!(op, Op::Min(..)))),
-        Switch::new("USES_MAXIMUM", turns_freely || uses(|op| matches!(op, Op::Max(..)))),
+        Switch::new("USES_MAXIMUM", uses(|op| matches!(op, Op::Max(..)))),
         Switch::new("USES_STEP", uses(|op| matches!(op, Op::Step(_)))),
     ];
     context.insert("switches", &switches);
