@@ -83,7 +83,7 @@ joints: {{ theta: {{ bodies: [base, body], axis: [[0, 0], [0, 1]], stiffness: k,
     }
 
     /// k and b by fitting the simulated swing; the first guess is that of [`by_derivatives`](Self::by_derivatives).
-    /// `system` is the result of [`compile`](Self::compile).
+    /// `system` is that of the compiled [`model`](Self::model).
     ///
     /// # Errors
     /// [`FitError`].
