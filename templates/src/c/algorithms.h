@@ -42,6 +42,7 @@ PRIVATE real conditioning(const real *l, int n, real trace);
 #if FREE_COUNT > 0
 /* free_bodies.c */
 PRIVATE void normalise(real *q);
+PRIVATE int has_directions(const real *q);
 PRIVATE void write_rates(const real *q, const real *u, real *rates);
 #if RESIDUALS > 0
 PRIVATE void add_step(real *q, real factor, const real *step);

@@ -100,11 +100,7 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     search.p = p;
     set_limits(&search.limits, t, p, in);
 #if FREE_COUNT > 0
-    /* Quaternions of zeros, or whose squares are not numbers, have no direction: the second division shows it. */
-    copy(found, q, COORDINATES);
-    normalise(found);
-    normalise(found);
-    if (!all_finite(found, COORDINATES))
+    if (!has_directions(q))
         return status_not_finite;
     copy(search.guess, q, COORDINATES);
 #endif

@@ -10,16 +10,9 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     if (!all_finite(q, COORDINATES))
         return status_not_finite;
 #if FREE_COUNT > 0
-    {
-        /* Quaternions of zeros, or whose squares are not numbers, have no direction: the second division shows it. */
-        real guess[COORDINATES];
-        copy(guess, q, COORDINATES);
-        normalise(guess);
-        normalise(guess);
-        if (!all_finite(guess, COORDINATES))
-            return status_not_finite;
-        normalise(q);
-    }
+    if (!has_directions(q))
+        return status_not_finite;
+    normalise(q);
 #endif
     set_limits(&limits, t, p, in);
     for (int i = 0; i < JOINTS; i++)

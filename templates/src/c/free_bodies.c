@@ -20,6 +20,17 @@ PRIVATE void normalise(real *q)
     }
 }
 
+/* Whether everything is finite and quaternions have a direction: those of zeros, or whose squares are not numbers, are
+ * not finite after the second division. */
+PRIVATE int has_directions(const real *q)
+{
+    real copied[COORDINATES];
+    copy(copied, q, COORDINATES);
+    normalise(copied);
+    normalise(copied);
+    return all_finite(copied, COORDINATES);
+}
+
 /* Hamilton's product of two quaternions w x y z. */
 static void multiply_quaternions(const real a[4], const real b[4], real out[4])
 {
