@@ -13,6 +13,7 @@ use lamc::topology::Topology;
 use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
 
 use crate::execution::Jit;
+use crate::inertia::Digits;
 use crate::linear::linear;
 use crate::simulation::{lost_fold, moves};
 
@@ -53,11 +54,22 @@ pub fn warnings(compiled: &Compiled) -> Vec<String> {
     }
     let mut warnings = moves(system.interface(), &pinned, &asked, &q);
     warnings.extend(lost_fold(system.interface(), &pinned, &asked, &q));
+    warnings.extend(digits(compiled).and_then(|digits| digits.warning()));
     let (parameters, inputs) = (system.parameters(), system.inputs());
     let start = std::iter::once((0.0, q.as_slice()));
     let beyond = excursions(&compiled.topology.mechanism, parameters, inputs, start);
     warnings.extend(beyond.iter().map(ToString::to_string));
     warnings
+}
+
+/// How many digits accelerations have at the start; `None` if the loops do not close.
+fn digits(compiled: &Compiled) -> Option<Digits> {
+    let system = Interpreter::new(&compiled.program);
+    let mut state = system.initial();
+    let joints = 0..system.dimensions().joints;
+    let pinned: Vec<bool> = joints.map(|joint| system.is_pinned(joint)).collect();
+    assemble(&system, state.t, &mut state.q, &pinned, &mut system.workspace()).ok()?;
+    Digits::at(&system, system.interface(), &state)
 }
 
 /// Mobility and loops, the method of the acceleration, masses, linear ranges, the longest stable step, and operations.
@@ -66,6 +78,14 @@ pub fn report(compiled: &Compiled) -> String {
     // Writing to a String cannot fail.
     let _ = write_mobility(&mut text, &compiled.topology);
     let _ = write_method(&mut text, compiled);
+    if let Some(digits) = digits(compiled) {
+        let _ = writeln!(
+            text,
+            "mass matrix at the start: condition number {:.2e} if scaled, which costs accelerations up to {} digits",
+            digits.condition,
+            digits.lost(),
+        );
+    }
     let _ = write_form(&mut text, &compiled.program);
     let _ = write_bodies(&mut text, &compiled.topology.mechanism);
     let _ = contacts::write(&mut text, &compiled.topology.mechanism);

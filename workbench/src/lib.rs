@@ -16,6 +16,7 @@ pub mod execution;
 pub mod export;
 pub mod folding;
 pub mod identify;
+mod inertia;
 pub mod linear;
 pub mod mocap;
 pub mod motion;

@@ -2,6 +2,7 @@
  * and what was measured. */
 #include <stdint.h>
 
+#include "board.h"
 #include "motion.h"
 #include "start.h"
 
@@ -9,53 +10,13 @@
  * differ in the last digit move it as far. Motions are therefore compared from the same initial state. */
 #define NEAR 1e-2
 
-/* SysTick counts down from here. */
-#define RELOAD 0x00ffffffu
 /* Steps whose stack is measured. */
 #define STACK_STEPS 100
-/* The pattern that unused stack is painted with. */
-#define PAINT 0xc5c5c5c5u
-
-#define SYST_CSR (*(volatile uint32_t *)0xe000e010)
-#define SYST_RVR (*(volatile uint32_t *)0xe000e014)
-#define SYST_CVR (*(volatile uint32_t *)0xe000e018)
 
 /* End of the static data: the lowest address the stack may grow to. */
 extern uint32_t bss_end[];
 
 static motion m;
-
-/* A request to the emulator. */
-static int semihost(int operation, const void *argument)
-{
-    register int r0 __asm__("r0") = operation;
-    register const void *r1 __asm__("r1") = argument;
-    __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
-    return r0;
-}
-
-static void print(const char *text)
-{
-    semihost(0x04, text);
-}
-
-static void print_number(unsigned long long value, unsigned base, int width)
-{
-    char digits[24];
-    int at = sizeof digits - 1;
-    digits[at] = 0;
-    do {
-        digits[--at] = "0123456789abcdef"[value % base];
-        value /= base;
-    } while (--width > 0 || value > 0);
-    print(digits + at);
-}
-
-static void finish(int failed)
-{
-    /* ADP_Stopped_ApplicationExit, or ADP_Stopped_RunTimeErrorUnknown. */
-    semihost(0x18, (const void *)(failed ? 0x20023 : 0x20026));
-}
 
 /* Two instructions per turn. */
 __attribute__((noinline)) static void spin(uint32_t turns)
@@ -96,9 +57,7 @@ int main(void)
     uint32_t assembly, stack = 0, longest = 0;
     unsigned long long sum = 0;
 
-    SYST_RVR = RELOAD;
-    SYST_CVR = 0;
-    SYST_CSR = 5; /* enabled, by the processor's clock */
+    start_clock();
     uint32_t brief = spin_ticks(10000), twice = spin_ticks(20000);
 
     assembly = depth(motion_assemble, &status);

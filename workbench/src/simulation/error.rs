@@ -97,11 +97,14 @@ fn listed(at_stop: &[String]) -> String {
 pub fn describe(error: &Error, interface: &Interface) -> String {
     let joint = match *error {
         Error::NotClosed { joint, .. } => joint,
-        Error::NotDriven { joint } | Error::NotFinite { joint } | Error::MassMatrix { joint } => {
-            Some(joint)
-        }
+        Error::NotDriven { joint } | Error::NotFinite { joint } => Some(joint),
         _ => None,
     };
+    if let Error::MassMatrix { joint } = *error
+        && let Some((speed, _)) = interface.speed_columns().nth(joint)
+    {
+        return format!("{error} (`{speed}`)");
+    }
     if let Error::Command { controller } = *error
         && let Some(controller) = interface.controllers.get(controller)
     {

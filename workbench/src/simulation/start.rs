@@ -9,6 +9,7 @@ use lamc_runtime::{Mechanism as _, State, assemble, project};
 
 use super::{describe, loose_rigid_loop};
 use crate::execution::Jit;
+use crate::inertia::Digits;
 
 /// A joint that assembly moves from where it was asked to be by more than this is reported, rad.
 const FAR: f64 = 5.0 * PI / 180.0;
@@ -90,7 +91,9 @@ pub fn start(
     }
     project(system, state.t, &mut state.q, &mut state.u, &mut workspace)
         .map_err(|error| describe(&error, interface))?;
-    speeds(interface, &wanted.u, &state.u).into_iter().for_each(warn);
+    speeds(interface, &wanted.u, &state.u).into_iter().for_each(&mut warn);
+    let few = Digits::at(system, interface, &state).and_then(|digits| digits.warning());
+    few.into_iter().for_each(warn);
     match loose_rigid_loop(topology, system, &state.q) {
         Some(found) => Err(found.to_string()),
         None => Ok(state),

@@ -13,6 +13,7 @@ mod files;
 mod fold;
 mod meaning;
 mod measured;
+mod nearly_singular;
 #[path = "../../../tests/src/not_checked.rs"]
 mod not_checked;
 mod pictures;
