@@ -180,4 +180,27 @@ mod tests {
             }
         }
     }
+
+    /// Down to a ten-thousandth of the cut, what a loop's rows have beyond those that count is kept until it is known how
+    /// large it is: the length of redundant rows tells whether a state is singular.
+    #[test]
+    fn the_size_of_what_is_dropped_is_known() {
+        let (cut, [m, n]) = (1e-5, [9, 20]);
+        for share in [1e-1, 1e-2, 1e-3] {
+            let values = DVector::from_vec(vec![1.0, 0.7, share * cut]);
+            let u = test_matrix(m, 3, 1).qr().q();
+            let v = test_matrix(n, 3, 2).qr().q();
+            let a = &u * DMatrix::from_diagonal(&values) * v.transpose();
+            for decomposition in [Decomposition::SingularValues, Decomposition::PivotedQr] {
+                let mut rows: Vec<f64> = a.transpose().iter().copied().collect();
+                let gap = Gap::with_cut(cut);
+                let kept =
+                    decomposition.independent_of_loops(&mut rows, &mut [0.0; 9], [m, n], gap);
+                let kept = kept.unwrap();
+                let found = kept.dropped / (share * cut);
+                assert_eq!(kept.rank, 2);
+                assert!((0.5..2.0).contains(&found), "{decomposition:?}, {share}: {found}");
+            }
+        }
+    }
 }

@@ -372,3 +372,31 @@ const fn give_cells(words: &mut [u64], length: usize, scratch: &mut [[u32; 3]]) 
     }
     cells as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The words of the text in their order, by length and then by letter, are 0, 1, 2 and so on.
+    #[test]
+    fn words_in_their_order_count_up() {
+        let letters: Vec<u8> = (b'!'..=b'~').filter(|byte| !b"\"\\".contains(byte)).collect();
+        let mut expected = 0;
+        for (first, &letter) in letters.iter().enumerate() {
+            let more = match first {
+                0..60 => 0,
+                60..87 => 1,
+                87..91 => 2,
+                _ => 3,
+            };
+            for rest in 0..letters.len().pow(more) {
+                let mut word = vec![letter];
+                word.extend((0..more).rev().map(|at| letters[rest / 92_usize.pow(at) % 92]));
+                let mut at = 0;
+                assert_eq!((number(&word, &mut at), at), (expected, word.len()), "{word:?}");
+                expected += 1;
+            }
+        }
+        assert_eq!(expected, BOUND);
+    }
+}

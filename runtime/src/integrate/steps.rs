@@ -96,3 +96,63 @@ pub(super) fn first_step<S: Scalar>(parts: [(&[S], &[S]); 2], [relative, absolut
     let small = of(1e-5);
     if size > small && rate > small { of(0.01) * size / rate } else { of(1e-6) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ANY: [f64; 2] = [0.0, f64::INFINITY];
+
+    fn steps(next: f64) -> Steps<f64> {
+        Steps { next, ..Steps::new(5.0) }
+    }
+
+    /// The lengths that are tried from 0 to 1 with these errors, and whether the last one ended there.
+    fn tried(
+        steps: &mut Steps<f64>,
+        limits: [f64; 2],
+        errors: &[f64],
+    ) -> (Vec<f64>, Result<bool, Error>) {
+        let (mut lengths, mut errors) = (Vec::new(), errors.iter());
+        let ends = steps.accept([0.0, 1.0], limits, |step| {
+            lengths.push(step);
+            Ok(*errors.next().unwrap())
+        });
+        (lengths, ends)
+    }
+
+    #[test]
+    fn only_a_remainder_of_a_hundredth_is_taken_whole() {
+        for (next, expected, ends) in
+            [(0.1, 0.1, false), (0.98, 0.98, false), (0.995, 1.0, true), (3.0, 1.0, true)]
+        {
+            assert_eq!(tried(&mut steps(next), ANY, &[0.5]), (vec![expected], Ok(ends)));
+        }
+        assert_eq!(tried(&mut steps(0.995), [0.0, 0.2], &[0.5]), (vec![0.2], Ok(false)));
+    }
+
+    #[test]
+    fn a_step_shrinks_with_the_root_of_its_error() {
+        // 32 is 2 to the power of the order.
+        let (lengths, ends) = tried(&mut steps(0.1), ANY, &[32.0, f64::NAN, 1e9, 1.0]);
+        let expected = [0.1, 0.1 * 0.45, 0.1 * 0.45 / 2.0, 0.1 * 0.45 / 2.0 * 0.2];
+        assert_eq!(ends, Ok(false));
+        assert_eq!(lengths.len(), 4);
+        for (found, expected) in lengths.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-14, "{lengths:?}");
+        }
+        let too_small = tried(&mut steps(0.1), [0.04, 1.0], &[32.0, 32.0]);
+        assert!(matches!(too_small, (_, Err(Error::StepTooSmall { .. }))), "{too_small:?}");
+    }
+
+    #[test]
+    fn the_end_does_not_shorten_the_next_step() {
+        let mut steps = steps(3.0);
+        assert_eq!(tried(&mut steps, ANY, &[0.9]).1, Ok(true));
+        assert!(steps.next >= 3.0, "{}", steps.next);
+        // A step that was tried again says how long the next one may be.
+        let mut steps = Steps { next: 3.0, ..steps };
+        assert_eq!(tried(&mut steps, ANY, &[32.0, 0.9]).1, Ok(false));
+        assert!(steps.next < 0.5, "{}", steps.next);
+    }
+}

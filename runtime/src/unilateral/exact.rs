@@ -136,3 +136,38 @@ fn split_row<S>(rows: &mut [S], index: usize, n: usize) -> Option<(&[S], &mut [S
     let (before, rest) = rows.split_at_mut_checked(index * n)?;
     Some((before, rest.get_mut(..n)?))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two rows in a plane, of which the second leaves the first by a share: y and the impulses by hand.
+    #[test]
+    fn a_row_counts_from_a_ten_thousandth_on() {
+        for (share, counts) in [(1.0, true), (1e-3, true), (2e-4, true), (1e-5, false)] {
+            let mut storage = [0.0; exact_len(2)];
+            let (mut moves, mut parts) = ([0.0; 4], [0.0; 4]);
+            let mut rest = &mut storage[..];
+            let mut exact = Exact::new(2, &mut rest, [&mut moves, &mut parts]).unwrap();
+            exact.begin(&[0.0, 0.0], None);
+            let rows = [[1.0, 0.0], [1.0, share]];
+            let [place, last_place] = [(0, 1.0), (1, 2.0)].map(|(index, value): (usize, f64)| {
+                let row: &[f64] = &rows[index];
+                exact.hold(row, [(0.0, row); 2], value)
+            });
+            assert_eq!(place, 1.0);
+            exact.impulses();
+            if !counts {
+                assert_eq!((last_place, &*exact.y), (0.0, &[1.0, 0.0][..]));
+                continue;
+            }
+            let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-9;
+            let last = 1.0 / (share * share);
+            assert_eq!((last_place, exact.y[0]), (2.0, 1.0));
+            assert!(near(exact.y[1], 1.0 / share), "{share}: {:?}", exact.y);
+            assert!(near(exact.impulse(2.0), last), "{share}: {}", exact.impulse(2.0));
+            let first = exact.impulse(1.0);
+            assert!((first - (1.0 - last)).abs() < 1e-9 * last, "{share}: {first}");
+        }
+    }
+}

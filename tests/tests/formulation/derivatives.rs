@@ -6,7 +6,8 @@ use lamc_tests::compare::keep_largest;
 use lamc::program::Interpreter;
 use lamc_generated::{fourbar::Fourbar, sixbar::Sixbar, triple_pendulum::TriplePendulum};
 use lamc_runtime::{
-    Arithmetic as _, JacobianMut, Mechanism, acceleration, assemble, jacobian, project,
+    Arithmetic as _, Change, JacobianMut, Mechanism, acceleration, assemble, derivatives_along,
+    jacobian, project,
 };
 use lamc_tests::dual::Dual;
 use lamc_tests::random::Random;
@@ -170,6 +171,20 @@ fn derivatives_along_closures_of_every_rank() {
                 .map(|row| row.iter().zip(&direction).map(|(a, d)| a * d).sum())
                 .collect();
             worst = keep_largest(worst, relative_error(&along, &expected));
+            let rest = vec![0.0; n];
+            let changes = [&direction, &rest].map(|q| Change {
+                t: 0.0,
+                q,
+                u: &rest,
+                parameters: &[],
+                inputs: &[],
+            });
+            let mut out = vec![f64::NAN; 3 * n];
+            let changes = changes.into_iter();
+            derivatives_along(&system, 0.0, &q, &rest, changes, &mut workspace, &mut out).unwrap();
+            assert!(relative_error(&out[..n], &a) < 1e-12, "{}", linkage.name);
+            assert!(relative_error(&out[n..2 * n], &along) < 1e-9, "{}", linkage.name);
+            assert!(out[2 * n..].iter().all(|slope| *slope == 0.0), "{}: {out:?}", linkage.name);
         }
         println!("{}: {worst:e}", linkage.name);
         assert!(worst < 1e-6, "{}: {worst:e}", linkage.name);

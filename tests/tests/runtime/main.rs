@@ -3,6 +3,7 @@
 
 mod assembly;
 mod equilibria;
+mod lanes;
 mod long_run;
 mod methods;
 mod modes;
