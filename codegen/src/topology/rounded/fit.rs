@@ -320,3 +320,54 @@ fn mean_angle(lines: &[&Line]) -> f64 {
     let sum: Vector2<f64> = squares.sum();
     0.5 * atan2(sum.y, sum.x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(from: [f64; 2], to: [f64; 2]) -> Line {
+        let ends = [from, to].map(Vector2::from);
+        let along = (ends[1] - ends[0]).normalize();
+        let normal = Vector2::new(-along.y, along.x);
+        Line { ends, normal, length: (ends[1] - ends[0]).norm(), slack: 1.0, z: 0.0 }
+    }
+
+    /// Against central differences, with every kind of bundle, at lines that have moved.
+    #[test]
+    fn equations_have_the_derivatives_that_they_state() {
+        let lines = [
+            line([0.0, 0.0], [1.0, 0.1]),
+            line([0.2, 1.0], [1.3, 1.2]),
+            line([2.0, 0.0], [2.1, 1.5]),
+            line([-0.5, 2.0], [-0.2, 0.7]),
+            line([2.2, 2.0], [2.3, 3.1]),
+        ];
+        let bundle = |common, joints: &[usize]| Bundle { common, joints: joints.to_vec() };
+        let bundles = [
+            bundle(Common::Direction, &[0, 1, 3]),
+            bundle(Common::Point, &[1, 2, 3]),
+            bundle(Common::Line, &[2, 4]),
+        ];
+        let mut problem = Problem::new(&lines, &bundles.each_ref()).unwrap();
+        for (index, x) in problem.x.iter_mut().enumerate() {
+            *x += 0.05 * (index as f64).sin();
+        }
+        let (matrix, _) = problem.equations();
+        let step = 1e-5;
+        for column in 0..problem.x.len() {
+            let mut at = |by: f64| {
+                problem.x[column] += by;
+                let (_, values) = problem.equations();
+                problem.x[column] -= by;
+                values
+            };
+            let slope = (at(step) - at(-step)) / (2.0 * step);
+            let error = (&slope - matrix.column(column)).amax();
+            assert!(
+                error < 1e-9,
+                "by x[{column}]: {error:e}, {slope} is not {}",
+                matrix.column(column)
+            );
+        }
+    }
+}
