@@ -383,12 +383,7 @@ mod tests {
         let letters: Vec<u8> = (b'!'..=b'~').filter(|byte| !b"\"\\".contains(byte)).collect();
         let mut expected = 0;
         for (first, &letter) in letters.iter().enumerate() {
-            let more = match first {
-                0..60 => 0,
-                60..87 => 1,
-                87..91 => 2,
-                _ => 3,
-            };
+            let more = [60, 87, 91].iter().filter(|least| first >= **least).count() as u32;
             for rest in 0..letters.len().pow(more) {
                 let mut word = vec![letter];
                 word.extend((0..more).rev().map(|at| letters[rest / 92_usize.pow(at) % 92]));
