@@ -74,7 +74,7 @@ impl Digits {
 
     /// How many digits rounding may take from accelerations.
     pub fn lost(&self) -> u32 {
-        // Written so that a condition that is negative by rounding, or not finite, leaves none.
+        // Written so that a condition that is negative by rounding, or not finite, takes all.
         if self.condition < 1.0 / f64::EPSILON && self.condition > 0.0 {
             self.condition.log10().ceil() as u32
         } else {

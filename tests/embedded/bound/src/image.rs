@@ -170,6 +170,9 @@ impl Reader<'_> {
                 true => Flow::Jump(target()?),
                 false => Flow::Branch(target()?),
             },
+            "ldr" if registers.first().is_some_and(|register| register == "pc") => {
+                if self.is_on_stack() { left } else { return Err(self.unknown()) }
+            }
             _ if self.writes_counter(name, &registers) => left,
             _ => Flow::Next,
         })
@@ -180,9 +183,17 @@ impl Reader<'_> {
         matches!(self.operands.as_slice(), [ArmOperand { op_type: ArmOperandType::Imm(_), .. }])
     }
 
-    /// Whether this loads the return address from the stack.
+    /// Whether this addresses the stack.
+    fn is_on_stack(&self) -> bool {
+        self.operands.iter().any(|operand| match operand.op_type {
+            ArmOperandType::Mem(address) => self.name(address.base()) == "sp",
+            _ => false,
+        })
+    }
+
+    /// Whether this loads several registers, and the return address among them.
     fn writes_counter(&self, name: &str, registers: &[String]) -> bool {
-        let loads = name.starts_with("pop") || name.starts_with("ldm") || name.starts_with("ldr");
+        let loads = name.starts_with("pop") || name.starts_with("ldm");
         loads && registers.iter().any(|register| register == "pc")
     }
 

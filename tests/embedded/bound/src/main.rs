@@ -87,6 +87,10 @@ impl Bounds<'_> {
     ) -> Result<u64, Box<dyn Error>> {
         let name = self.name(*function);
         let all = blocks.keys().copied().collect();
+        // Such a loop would have no way in of its own, and would count as one turn.
+        if blocks.values().any(|block| block.next.contains(function)) {
+            return Err("a loop begins with the first instruction".into());
+        }
         let mut returns =
             |found: &graph::Loop<'_>| self.loops.returns(&name, from.as_deref(), blocks, found);
         let ways = longest(blocks, &all, *function, &|at| costs[&at], &mut returns)?;
