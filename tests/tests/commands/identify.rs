@@ -150,3 +150,95 @@ fn a_six_bar_gives_all_its_stiffnesses_back() {
         }
     }
 }
+
+/// Two plates with a hinge that tumble as they fall. Their first guess of the hinge is wrong.
+const PLATES: &str = "
+name: plates
+units: { length: mm }
+gravity: [0, 0, -9.81]
+materials: { card: { density: 700, thickness: 0.4 } }
+layup: [card]
+parameters: { k: 2e-4, b: 2e-7 }
+bodies:
+  hull: { free: true, outline: [[0, 0], [40, 0], [40, 20], [0, 20]] }
+  wing: { outline: [[40, 0], [80, 0], [80, 30], [40, 20]] }
+joints:
+  hinge: { bodies: [hull, wing], axis: [[40, 0], [40, 20]], stiffness: k, damping: b, rest: 0.6 }
+initial:
+  bodies:
+    hull: { position: [0, 0, 500], turn: [0, 30 deg, 0], velocity: [1, 0, 0], angular_velocity: [3, -5, 10] }
+";
+
+/// The record without some coordinates.
+fn without(record: &Record, coordinates: std::ops::Range<usize>) -> Record {
+    let mut record = record.clone();
+    record.q.iter_mut().for_each(|q| q[coordinates.clone()].fill(f64::NAN));
+    record
+}
+
+#[test]
+fn tumbling_plates_give_their_hinge_back() {
+    let exact = [1e-4, 1e-7];
+    let system = Jit::new(&compile_text(PLATES).program);
+    let mut simulated = system.clone();
+    simulated.set_parameter("k", exact[0]).unwrap();
+    simulated.set_parameter("b", exact[1]).unwrap();
+    let State { q, u, .. } = simulated.initial();
+    let record = motion(&simulated, &q, &u, 0.3);
+    // What of the hull is recorded, and which of its speeds the model tells.
+    for (record, kept) in [
+        (record.clone(), vec![]),
+        (without(&record, 1..4), vec![1, 2, 3]),
+        (without(&record, 4..8), vec![4, 5, 6]),
+        (without(&record, 1..8), vec![1, 2, 3, 4, 5, 6]),
+        (without(&record, 0..1), vec![]),
+    ] {
+        let system = system.clone();
+        let problem = Problem {
+            system,
+            record: &record,
+            free: vec![0, 1],
+            from_rest: false,
+            tolerance: 1e-9,
+        };
+        let fit = problem.solve().unwrap();
+        let errors = fit.estimates.iter().zip(exact).map(|(e, exact)| e.value / exact - 1.0);
+        let worst = largest(errors);
+        println!("{kept:?} kept: {worst:e}, {:e} rad after {}", fit.rms, fit.evaluations);
+        assert!(worst < 1e-6, "{kept:?}: {worst:e}");
+        assert_eq!(fit.kept, kept);
+        assert!(largest(fit.u.iter().zip(&u).map(|(found, given)| found - given)) < 1e-5);
+    }
+}
+
+/// A plate that spins about its normal falls as a point does: the motion in closed form.
+#[test]
+fn a_falling_plate_gives_gravity_and_its_speeds() {
+    let text = "
+name: plate
+units: { length: mm }
+gravity: [0, 0, -g]
+materials: { card: { density: 700, thickness: 0.4 } }
+layup: [card]
+parameters: { g: 5 }
+bodies: { hull: { free: true, outline: [[0, 0], [40, 0], [40, 20], [0, 20]] } }
+";
+    let system = Jit::new(&compile_text(text).program);
+    let ([vx, vz, spin], g) = ([0.3, 2.0, -7.0], 9.81);
+    let t: Vec<f64> = (0..100).map(|k| f64::from(k) / RATE).collect();
+    let at = |t: &f64| {
+        let half = 0.4 + spin * t / 2.0;
+        // The sign of a measured quaternion is arbitrary.
+        let sign = if *t > 0.1 { -1.0 } else { 1.0 };
+        let (sine, cosine) = (sign * half.sin(), sign * half.cos());
+        vec![0.1 + vx * t, 0.0, vz * t - g * t * t / 2.0, cosine, 0.0, 0.0, sine]
+    };
+    let record = Record { q: t.iter().map(at).collect(), t };
+    let problem =
+        Problem { system, record: &record, free: vec![0], from_rest: false, tolerance: 1e-9 };
+    let fit = problem.solve().unwrap();
+    assert!((fit.estimates[0].value / g - 1.0).abs() < 1e-9, "{:?}", fit.estimates);
+    let speeds = [vx, 0.0, vz, 0.0, 0.0, spin];
+    let off = largest(fit.u.iter().zip(speeds).map(|(found, exact)| found - exact));
+    assert!(off < 1e-8 && fit.rms < 1e-9, "{off:e} {:e}", fit.rms);
+}

@@ -43,7 +43,7 @@ fn numbers(file: &SourceFile) -> Option<Diagnostics> {
     let bodies = [("base", true), ("arm", false)];
     let mut words = file.path.rsplit('.');
     let read = match (words.next()?, words.next()?) {
-        ("csv", "angles") => Record::read(text, &joints).map(drop),
+        ("csv", "angles") => Record::read(text, &joints, &[]).map(drop),
         ("csv", "rotations") => Quaternions::read(text, &bodies).map(drop),
         ("csv", "specimens") => family::read(text).map(drop),
         ("csv", "configurations") => configurations(text, &joints).map(drop),

@@ -1,11 +1,13 @@
-//! `lamc fit MODEL --data run.csv --free stiffness,damping`: parameters from measured joint angles.
+//! `lamc fit MODEL --data run.csv --free stiffness,damping`: parameters from measured joint angles
+//! and poses of free bodies.
 
 use std::fmt::Write;
 
 use clap::Args;
 use lamc::laminate::Mechanism;
 use lamc::program::{Interface, JointInfo, ParameterInfo};
-use lamc::source::Tunable;
+use lamc::source::free::{COORDINATE_NAMES, SPEEDS};
+use lamc::source::{SpeedId, Tunable};
 use lamc_workbench::identify::{Fit, NEAR, Problem, Record, prescribes};
 
 use super::curves::Curve;
@@ -18,8 +20,8 @@ use super::{Failed, Outcome, curves, fail, output, read_numbers, warn};
 pub struct Arguments {
     #[command(flatten)]
     start: Start,
-    /// Measured angles as CSV: `t [s]` and `q.<joint> [rad]` or `<joint> [deg]`; `-` reads standard
-    /// input
+    /// Measured angles as CSV: `t [s]` and `q.<joint> [rad]` or `<joint> [deg]`, and `q.<body>.x [m]`
+    /// to `q.<body>.qz [1]` of free bodies; `-` reads standard input
     #[arg(long, value_name = "FILE")]
     data: String,
     /// What to identify: parameters, or `stiffness`, `damping`, `rest`, `mass` of every joint
@@ -62,13 +64,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         }
     })?;
     let mut system = arguments.start.system(&compiled)?;
-    system.interface().without_free("fits").map_err(fail)?;
     system.interface().without_controllers("fits").map_err(fail)?;
     let parameters = system.interface().parameters.clone();
     let free = free_parameters(&arguments.free, &parameters)?;
     refuse_prescribed(&compiled.topology.mechanism, &parameters, &free)?;
     let joints: Vec<&str> = compiled.program.interface.joints.iter().map(|j| &*j.name).collect();
-    let record = read(&arguments.data, &joints)?;
+    let bodies: Vec<&str> = compiled.program.interface.free.iter().map(|b| &*b.name).collect();
+    let record = read(&arguments.data, &joints, &bodies)?;
     for (joint, angle) in arguments.start.guess(&compiled, &compiled.program.interface)? {
         if !record.q[0][joint].is_nan() {
             return Err(fail(format_args!(
@@ -87,8 +89,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         tolerance: 1e-9,
     };
     let fit = fit.solve().map_err(fail)?;
-    arguments.report.write(&record, &fit, &joints)?;
-    output::print(&summary(&fit))
+    arguments.report.write(&record, &fit, system.interface())?;
+    output::print(&format!("{}{}", summary(&fit), about_free_bodies(system.interface(), &fit.kept)))
 }
 
 /// The indices of the parameters that are named, one by one or by their kind.
@@ -137,7 +139,8 @@ fn warn_of_unknown_start(interface: &Interface, record: &Record) {
     let is_unknown =
         |(joint, seen): &(&JointInfo, &f64)| seen.is_nan() && !joint.initial_given && !joint.driven;
     let unknown: Vec<_> = joints.filter(is_unknown).map(|(joint, _)| &*joint.name).collect();
-    if interface.joints.len() - unknown.len() < interface.mobility {
+    let hinged = interface.mobility.saturating_sub(SPEEDS * interface.free.len());
+    if interface.joints.len() - unknown.len() < hinged {
         let names: Vec<_> = unknown.iter().map(|name| format!("`{name}`")).collect();
         warn(format_args!(
             "the first sample does not determine the initial angles of {}, and the fit begins \
@@ -149,9 +152,25 @@ fn warn_of_unknown_start(interface: &Interface, record: &Record) {
     }
 }
 
-/// Reads measured angles of these joints.
-pub fn read(path: &str, joints: &[&str]) -> Result<Record, Failed> {
-    read_numbers(path, |text| Record::read(text, joints))
+/// Reads measured angles of these joints and coordinates of these free bodies.
+pub fn read(path: &str, joints: &[&str], bodies: &[&str]) -> Result<Record, Failed> {
+    read_numbers(path, |text| Record::read(text, joints, bodies))
+}
+
+/// Says how displacements count, and what started as the model says (indices of u).
+fn about_free_bodies(interface: &Interface, kept: &[usize]) -> String {
+    let mut text = String::new();
+    if interface.free.is_empty() {
+        return text;
+    }
+    let size = 1e3 * interface.size;
+    let _ = writeln!(text, "displacements count as angles: they are divided by {size:.4} mm");
+    let names: Vec<String> = kept.iter().map(|&k| interface.speed_name(SpeedId(k))).collect();
+    if !names.is_empty() {
+        let names = names.join(", ");
+        let _ = writeln!(text, "not in the record, so that the model tells their start: {names}");
+    }
+    text
 }
 
 /// Prints estimates, standard errors and residuals.
@@ -196,11 +215,11 @@ impl Report {
     }
 
     /// Writes what was asked for.
-    pub fn write(&self, record: &Record, fit: &Fit, joints: &[&str]) -> Outcome {
+    pub fn write(&self, record: &Record, fit: &Fit, interface: &Interface) -> Outcome {
         if let Some(path) = &self.csv {
             let mut text = "t [s]".to_owned();
-            joints.iter().for_each(|joint| {
-                let _ = write!(text, ",q.{joint} [rad]");
+            interface.coordinate_columns().for_each(|(name, unit)| {
+                let _ = write!(text, ",q.{name} [{unit}]");
             });
             text.push('\n');
             for (t, q) in record.t.iter().zip(&fit.q) {
@@ -213,21 +232,31 @@ impl Report {
             output::write(path, &text)?;
         }
         if let Some(path) = &self.plot {
-            let left = |joint: usize| -> Vec<(f64, f64)> {
-                let samples = record.t.iter().zip(record.q.iter().zip(&fit.q));
-                let left = samples
-                    .map(|(t, (seen, fitted))| (*t, (seen[joint] - fitted[joint]).to_degrees()));
+            let left = |k: usize| -> Vec<(f64, f64)> {
+                let samples = record.t.iter().zip(&fit.residuals);
+                let left = samples.map(|(t, left)| (*t, left[k].to_degrees()));
                 left.filter(|(_, left)| !left.is_nan()).collect()
             };
-            let curves: Vec<Curve> = joints
-                .iter()
-                .enumerate()
-                .map(|(joint, name)| Curve::points(name, joint, left(joint)))
+            let curves: Vec<Curve> = (0..interface.speeds())
+                .map(|k| Curve::points(&residual_name(interface, k), k, left(k)))
                 .filter(|curve| !curve.samples.is_empty())
                 .collect();
             let svg = curves::draw("measured minus fitted", &curves).map_err(fail)?;
             output::write(path, &svg)?;
         }
         Ok(())
+    }
+}
+
+/// The name of a component of the residuals in a plot.
+fn residual_name(interface: &Interface, k: usize) -> String {
+    let Some(beyond) = k.checked_sub(interface.joints.len()) else {
+        return interface.joints[k].name.clone();
+    };
+    let body = &interface.free[beyond / SPEEDS].name;
+    let axis = COORDINATE_NAMES[beyond % 3];
+    match beyond % SPEEDS < 3 {
+        true => format!("{body}.{axis} / size"),
+        false => format!("{body} about {axis}"),
     }
 }

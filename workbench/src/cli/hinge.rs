@@ -194,12 +194,12 @@ fn sharifzadeh2018(given: &PolynomialArguments) -> Outcome {
 fn swing(given: &FitArguments) -> Outcome {
     let FitArguments { inertia, mass, arm, gravity, .. } = *given;
     given.report.check(Paths::default().input("the swing", [&given.data]))?;
-    let record = read(&given.data, &["theta"])?;
+    let record = read(&given.data, &["theta"], &[])?;
     let swing = Swing { inertia, mass, arm, gravity };
     let compiled = compiled(&swing.model(), None, |_| Ok(()))?;
     let system = Jit::new(&compiled.program);
     let fit = swing.by_trajectory(&system, &record).map_err(fail)?;
-    given.report.write(&record, &fit, &["theta"])?;
+    given.report.write(&record, &fit, system.interface())?;
     let mut text = summary(&fit);
     let (t, theta) = record.seen(0);
     if let Some((estimates, series)) = swing.by_derivatives(&t, &theta) {

@@ -5,13 +5,17 @@
 //! s^2 (J^T J)^-1,   s^2 = (sum of squares) / (residuals - unknowns)
 //! ```
 
-use lamc_runtime::Error;
+use lamc::program::Interface;
+use lamc::source::SpeedId;
+use lamc::source::free::{COORDINATE_NAMES, SPEEDS};
+use lamc_runtime::{Error, Mechanism};
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, U1};
 
 use super::fit::{Estimate, Fit, FitError, Problem};
 use super::start::{Begun, Start};
+use super::tangent::{deviation_rate, write_deviation};
 use super::trajectory::{Direction, Trajectory, integrate};
 use crate::execution::Jit;
 
@@ -21,7 +25,7 @@ const REFUSED: f64 = 1e3;
 /// If a singular value is less than this fraction of the largest, for columns of length one, the unknowns
 /// cannot be distinguished.
 const TELLING: f64 = 1e-9;
-/// An unknown that changes the angles by less than this, rad, root mean square, has no effect.
+/// An unknown that changes what was measured by less than this, rad, root mean square, has no effect.
 const IDLE: f64 = 1e-10;
 
 /// The problem at one set of unknowns: free parameters, independent coordinates, speeds.
@@ -35,6 +39,8 @@ pub struct Candidate<'p> {
     /// The number of samples that are compared.
     samples: usize,
     motion: Option<Trajectory>,
+    /// The deviations of the motion from the record, by sample, NU each.
+    deviations: Vec<Vec<f64>>,
 }
 
 impl<'p> Candidate<'p> {
@@ -55,6 +61,7 @@ impl<'p> Candidate<'p> {
             unknowns: unknowns.clone(),
             samples: problem.record.t.len(),
             motion: None,
+            deviations: Vec::new(),
         };
         candidate.set_params(unknowns);
         candidate
@@ -63,7 +70,22 @@ impl<'p> Candidate<'p> {
     /// Compares the first samples only.
     pub fn shorten(&mut self, samples: usize) {
         self.samples = samples;
+        self.simulate();
+    }
+
+    /// Integrates the motion and compares it with the record.
+    fn simulate(&mut self) {
         self.motion = self.integrate().ok();
+        let motion = self.motion.iter().flat_map(|motion| &motion.q);
+        let pairs = self.problem.record.q.iter().zip(motion);
+        self.deviations = pairs.map(|(seen, found)| self.deviation(seen, found)).collect();
+    }
+
+    /// The deviation of one q from another, NU.
+    fn deviation(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let mut deviation = self.system.speeds();
+        write_deviation(&self.system, from, to, &mut deviation);
+        deviation
     }
 
     /// The mechanism with the parameters of the candidate.
@@ -79,10 +101,11 @@ impl<'p> Candidate<'p> {
 
     /// The root mean square of the residuals, divided by that of the measured distance from the first sample.
     pub fn share(&self) -> f64 {
-        let first = &self.problem.record.q[0];
+        let rows = self.problem.record.q.iter().take(self.samples);
+        let gone: Vec<_> = rows.map(|q| self.deviation(&self.problem.record.q[0], q)).collect();
         let measured = self.problem.measured(self.samples);
-        let gone = measured.map(|(sample, joint)| {
-            let gone = self.problem.record.q[sample][joint] - first[joint];
+        let gone = measured.map(|(sample, k)| {
+            let gone = gone[sample][k];
             if gone.is_nan() { 0.0 } else { gone * gone }
         });
         let count = self.problem.measured(self.samples).count().max(1) as f64;
@@ -101,7 +124,7 @@ impl<'p> Candidate<'p> {
 
     fn integrate(&self) -> Result<Trajectory, Error> {
         let begun = self.begun()?;
-        let (n, parameters) = (begun.q.len(), self.system.parameters().len());
+        let (n, parameters) = (begun.u.len(), self.system.parameters().len());
         let by_parameter = self.problem.free.iter().map(|&free| Direction {
             q: vec![0.0; n],
             u: vec![0.0; n],
@@ -145,13 +168,24 @@ impl<'p> Candidate<'p> {
             correlations: (0..free * free).map(|k| correlation(k / free, k % free)).collect(),
             rms: self.rms(),
             share: self.share(),
+            residuals: self.residuals_by_sample(),
+            kept: self.problem.kept().into_iter().map(|(k, _)| k).collect(),
             q: motion.q,
             u: self.begun()?.u,
             evaluations,
         })
     }
 
-    /// Fails where an unknown as large as it is or was hardly moves any angle, root mean square.
+    /// Measured minus fitted, by sample, NU each; NaN was not measured.
+    fn residuals_by_sample(&self) -> Vec<Vec<f64>> {
+        let mut all = vec![vec![f64::NAN; self.system.dimensions().speeds]; self.deviations.len()];
+        for (sample, k) in self.problem.measured(self.deviations.len()) {
+            all[sample][k] = -self.deviations[sample][k];
+        }
+        all
+    }
+
+    /// Fails where an unknown as large as it is or was hardly moves anything measured, root mean square.
     /// `lengths` are those of the Jacobian's columns.
     fn check_effects(
         &self,
@@ -175,13 +209,25 @@ impl<'p> Candidate<'p> {
     fn names(&self) -> Vec<String> {
         let interface = self.system.interface();
         let free = self.problem.free.iter().map(|&k| interface.parameters[k].name.clone());
-        let joints = |symbol: &'static str| {
-            let joints = self.start.independent.iter();
-            joints.map(move |&joint| {
-                format!("{symbol}.{} at the start", interface.joints[joint].name)
-            })
-        };
-        free.chain(joints("q")).chain(joints("u")).take(self.unknowns.len()).collect()
+        let coordinates = self.start.independent.iter().map(|&k| coordinate(interface, k));
+        let speeds = self.start.independent.iter().map(|&k| interface.speed_name(SpeedId(k)));
+        let coordinates = coordinates.map(|name| format!("{name} at the start"));
+        let speeds = speeds.map(|name| format!("u.{name} at the start"));
+        free.chain(coordinates).chain(speeds).take(self.unknowns.len()).collect()
+    }
+}
+
+/// The name of the coordinate that a component along u moves.
+fn coordinate(interface: &Interface, k: usize) -> String {
+    match k.checked_sub(interface.joints.len()).map(|beyond| (beyond / SPEEDS, beyond % SPEEDS)) {
+        None => format!("q.{}", interface.joints[k].name),
+        Some((body, part @ ..3)) => {
+            format!("q.{}.{}", interface.free[body].name, COORDINATE_NAMES[part])
+        }
+        Some((body, part)) => {
+            let axis = COORDINATE_NAMES[part - 3];
+            format!("the orientation of {} about its {axis}", interface.free[body].name)
+        }
     }
 }
 
@@ -218,7 +264,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Candidate<'_> {
             // The names are those of the system itself.
             let _ = self.system.set_parameter(name, *value);
         }
-        self.motion = self.integrate().ok();
+        self.simulate();
     }
 
     fn params(&self) -> DVector<f64> {
@@ -227,8 +273,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Candidate<'_> {
 
     fn residuals(&self) -> Option<DVector<f64>> {
         let measured = self.problem.measured(self.samples);
-        let residuals = measured.map(|(sample, joint)| match &self.motion {
-            Some(motion) => motion.q[sample][joint] - self.problem.record.q[sample][joint],
+        let residuals = measured.map(|(sample, k)| match &self.motion {
+            Some(_) => self.deviations[sample][k],
             None => REFUSED,
         });
         Some(DVector::from_vec(residuals.collect()))
@@ -237,10 +283,11 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Candidate<'_> {
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         let motion = self.motion.as_ref()?;
         let measured: Vec<_> = self.problem.measured(self.samples).collect();
-        let n = self.near.len();
+        let n = self.system.dimensions().speeds;
         Some(DMatrix::from_fn(measured.len(), self.unknowns.len(), |row, column| {
-            let (sample, joint) = measured[row];
-            motion.derivatives[sample][column * n + joint]
+            let (sample, k) = measured[row];
+            let direction = &motion.derivatives[sample][column * n..][..n];
+            deviation_rate(&self.system, &self.deviations[sample], direction, k)
         }))
     }
 }

@@ -1,19 +1,21 @@
 //! Least squares between a recorded and a simulated motion.
 //!
 //! Unknown are the free parameters and where the motion starts: independent coordinates and speeds.
-//! The sum of squares of the angles' errors is brought to its minimum by the method of Levenberg
+//! What was not recorded of a free body starts as the model says. The sum of squares of the errors is brought to its minimum by the method of Levenberg
 //! and Marquardt (J. J. More, "The Levenberg-Marquardt algorithm: implementation and theory",
 //! 1978).
 
 use lamc::laminate;
 use lamc::source::{Expression, ParameterId};
+use lamc_runtime::plumbing::Dimensions;
 use lamc_runtime::{Error, Mechanism, assemble};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::DVector;
 
 use super::candidate::Candidate;
-use super::record::Record;
+use super::record::{Record, is_orientation};
 use super::start::Start;
+use super::tangent::coordinate_of;
 use super::trajectory::enough_steps;
 use crate::execution::Jit;
 
@@ -33,7 +35,7 @@ const PATIENCE: usize = 60;
 pub struct Problem<'r> {
     /// The mechanism; its parameters are the first guess.
     pub system: Jit,
-    /// The measured angles.
+    /// What was measured.
     pub record: &'r Record,
     /// Indices of the free parameters.
     pub free: Vec<usize>,
@@ -61,14 +63,21 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// Correlations of the estimates, row-major.
     pub correlations: Vec<f64>,
-    /// The root mean square of the residuals, rad.
+    /// The root mean square of the residuals, rad. Displacements of free bodies count by their share of the mechanism's
+    /// size.
     pub rms: f64,
     /// The same divided by the extent of the motion. If it is near 1, the model does not move as measured at all.
     pub share: f64,
-    /// The fitted motion at the record's times, rad.
+    /// The fitted motion at the record's times, rad; m and quaternions of free bodies.
     pub q: Vec<Vec<f64>>,
-    /// The fitted speeds at the start, rad/s.
+    /// Measured minus fitted, by sample, then by speed of the model, rad; displacements divided by the mechanism's size.
+    /// NaN was not measured.
+    pub residuals: Vec<Vec<f64>>,
+    /// The fitted speeds at the start, rad/s; m/s of free bodies.
     pub u: Vec<f64>,
+    /// The speeds that started as the model says, and their coordinates, because the record does not contain them: indices
+    /// of u.
+    pub kept: Vec<usize>,
     /// The number of motions that were integrated.
     pub evaluations: usize,
 }
@@ -95,15 +104,21 @@ pub enum FitError {
          such as the flat one: it would need more steps between samples than lamc takes"
     )]
     Stiff,
-    /// There are fewer measured angles than unknowns.
-    #[error("{angles} angles are not enough to determine {unknowns} unknowns")]
+    /// A quaternion that was measured is no unit quaternion.
+    #[error("sample {sample} has an orientation that is no unit quaternion")]
+    Quaternion {
+        /// Counted from 0.
+        sample: usize,
+    },
+    /// There are fewer measured values than unknowns.
+    #[error("{values} measured values are not enough to determine {unknowns} unknowns")]
     TooFew {
-        /// Measured.
-        angles: usize,
+        /// Measured; three for each orientation.
+        values: usize,
         /// Free parameters and initial values.
         unknowns: usize,
     },
-    /// A change of some unknowns has no effect on the measured angles.
+    /// A change of some unknowns has no effect on what was measured.
     #[error("the record does not determine {0}: keep one of them fixed")]
     Indistinct(String),
     /// The method stopped before it reached a minimum.
@@ -127,8 +142,10 @@ impl Problem<'_> {
         if self.free.is_empty() {
             return Err(FitError::NothingFree);
         }
+        self.check_orientations()?;
         let near = self.first_state()?;
-        let start = Start::near(&self.system, self.record.t[0], &near)?;
+        let mut start = Start::near(&self.system, self.record.t[0], &near)?;
+        start.keep(&self.kept());
         let mut x = self.first_guess(&start, &near)?;
         let mut evaluations = 0;
         let mut steps = self.first_steps(&start, &near, &x)?;
@@ -169,21 +186,28 @@ impl Problem<'_> {
     }
 
     /// The unknowns to begin with: free parameters as given, independent coordinates as measured,
-    /// speeds zero.
+    /// speeds of joints zero.
     fn first_guess(&self, start: &Start, near: &[f64]) -> Result<DVector<f64>, FitError> {
         let freedoms = start.independent.len();
         let speeds = if self.from_rest { 0 } else { freedoms };
         let unknowns = self.free.len() + freedoms + speeds;
-        let angles = self.measured(self.record.t.len()).count();
-        if angles <= unknowns {
-            return Err(FitError::TooFew { angles, unknowns });
+        let values = self.measured(self.record.t.len()).count();
+        if values <= unknowns {
+            return Err(FitError::TooFew { values, unknowns });
         }
         let mut x = DVector::zeros(unknowns);
         for (place, &parameter) in self.free.iter().enumerate() {
             x[place] = self.system.parameters()[parameter];
         }
-        for (place, &joint) in start.independent.iter().enumerate() {
-            x[self.free.len() + place] = near[joint];
+        let joints = self.system.dimensions().joints;
+        let guess = self.first_speeds();
+        for (place, &k) in start.independent.iter().enumerate() {
+            let place = self.free.len() + place;
+            if k < joints {
+                x[place] = near[k];
+            } else if !self.from_rest {
+                x[place + freedoms] = guess[k];
+            }
         }
         Ok(x)
     }
@@ -196,9 +220,11 @@ impl Problem<'_> {
         x: &DVector<f64>,
     ) -> Result<usize, FitError> {
         let freedoms = start.independent.len();
-        let coordinates = &x.as_slice()[self.free.len()..][..freedoms];
+        let (coordinates, speeds) = x.as_slice()[self.free.len()..].split_at(freedoms);
+        let rest = vec![0.0; freedoms];
+        let speeds = if self.from_rest { &rest } else { speeds };
         let t = self.record.t[0];
-        let begun = start.at(&self.system, t, near, coordinates, &vec![0.0; freedoms])?;
+        let begun = start.at(&self.system, t, near, coordinates, speeds)?;
         let from = (begun.q.as_slice(), begun.u.as_slice());
         enough_steps(&self.system, &self.record.t, from, COARSE).ok_or(FitError::Stiff)
     }
@@ -214,7 +240,8 @@ impl Problem<'_> {
             .zip(&given)
             .map(|(q, given)| if q.is_nan() { *given } else { *q })
             .collect();
-        let both = (0..guess.len()).map(|joint| seen[joint] || self.system.is_pinned(joint));
+        let joints = self.system.dimensions().joints;
+        let both = (0..joints).map(|joint| seen[joint] || self.system.is_pinned(joint));
         let assembled = |pinned: &[bool]| {
             let mut q = guess.clone();
             let t = self.record.t[0];
@@ -223,15 +250,50 @@ impl Problem<'_> {
         let q = assembled(&both.collect::<Vec<_>>())?;
         let is_as_seen =
             q.iter().zip(first).all(|(q, seen)| seen.is_nan() || (q - seen).abs() <= SEEN);
-        if is_as_seen { Ok(q) } else { assembled(&seen) }
+        if is_as_seen { Ok(q) } else { assembled(&seen[..joints]) }
     }
 
-    /// Sample and joint of every angle that was seen within the first samples.
+    /// The speeds of free bodies to begin with, NU: those between the first two samples where both were measured, and those
+    /// of the model where not.
+    fn first_speeds(&self) -> Vec<f64> {
+        let [first, second, ..] = self.record.q.as_slice() else { return self.system.initial().u };
+        let mut speeds = self.system.speeds();
+        self.system.write_difference(first, second, &mut speeds);
+        let dt = self.record.t[1] - self.record.t[0];
+        let given = self.system.initial().u;
+        let both = speeds.iter().zip(&given);
+        both.map(|(step, given)| if step.is_nan() { *given } else { step / dt }).collect()
+    }
+
+    /// The components of the free bodies that the record does not contain, with their speeds at the start.
+    pub(super) fn kept(&self) -> Vec<(usize, f64)> {
+        let Dimensions { joints, speeds, .. } = self.system.dimensions();
+        let given = self.system.initial().u;
+        let is_seen = |k: usize| {
+            let coordinate = coordinate_of(k, joints);
+            self.record.q.iter().any(|q| !q[coordinate].is_nan())
+        };
+        let kept = (joints..speeds).filter(|k| !is_seen(*k));
+        kept.map(|k| (k, if self.from_rest { 0.0 } else { given[k] })).collect()
+    }
+
+    /// Fails if an orientation is not measured as a whole, or is no unit quaternion.
+    fn check_orientations(&self) -> Result<(), FitError> {
+        let joints = self.system.dimensions().joints;
+        let is_wrong = |q: &Vec<f64>| !q[joints..].as_chunks().0.iter().all(is_orientation);
+        match self.record.q.iter().position(is_wrong) {
+            Some(sample) => Err(FitError::Quaternion { sample }),
+            None => Ok(()),
+        }
+    }
+
+    /// Sample and component along u of everything that was seen within the first samples.
     pub(super) fn measured(&self, samples: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let Dimensions { joints, speeds, .. } = self.system.dimensions();
         let rows = self.record.q.iter().enumerate().take(samples);
-        rows.flat_map(|(sample, q)| {
-            let seen = q.iter().enumerate().filter(|(_, q)| !q.is_nan());
-            seen.map(move |(joint, _)| (sample, joint))
+        rows.flat_map(move |(sample, q)| {
+            let seen = (0..speeds).filter(move |&k| !q[coordinate_of(k, joints)].is_nan());
+            seen.map(move |k| (sample, k))
         })
     }
 }

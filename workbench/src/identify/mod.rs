@@ -16,6 +16,7 @@ pub mod fourier;
 mod record;
 mod start;
 pub mod swing;
+mod tangent;
 #[cfg(test)]
 mod tests;
 mod trajectory;

@@ -8,14 +8,19 @@
 //! dq/dq_i = T,   du/du_i = T,   du/dq_i along v: [0; -J_d^+ (dJ/dq . T v) u]
 //! ```
 //!
+//! Free bodies are not part of loops, so their coordinates and speeds are independent. The coordinates are the step
+//! of [`Mechanism::advance`] from a given configuration. What was not recorded of a free body stays as it is given.
+//!
 //! Prescribed angles add rows to J, as closure equations do. (J. Garcia de Jalon, E. Bayo,
 //! "Kinematic and Dynamic Simulation of Multibody Systems", 1994, section 3.5, coordinate
 //! partitioning.)
 
 use lamc::arithmetic::largest;
-use lamc_runtime::plumbing::Drive;
+use lamc_runtime::plumbing::{Dimensions, Drive};
 use lamc_runtime::{Error, Mechanism};
 use nalgebra::{DMatrix, DVector};
+
+use super::tangent::step_rate;
 
 /// Pivots less than this fraction of the largest count as zero.
 const RANK: f64 = 1e-7;
@@ -26,16 +31,19 @@ const DIFFERENCE: f64 = 6e-6;
 
 /// Independent coordinates of a mechanism near a closed state.
 pub struct Start {
-    /// The joints whose coordinates are independent.
+    /// The joints whose coordinates are independent, then those components of the steps of free bodies that may
+    /// change: indices of u.
     pub independent: Vec<usize>,
     dependent: Vec<usize>,
+    /// Components of the speeds of free bodies that stay as they are given, with their values: indices of u, SI.
+    kept: Vec<(usize, f64)>,
 }
 
 /// An initial state with its derivatives.
 pub struct Begun {
-    /// rad.
+    /// rad; m and quaternions of free bodies.
     pub q: Vec<f64>,
-    /// rad/s.
+    /// rad/s; m/s of free bodies.
     pub u: Vec<f64>,
     /// dq and du by each independent coordinate, then by each independent speed.
     pub directions: Vec<(Vec<f64>, Vec<f64>)>,
@@ -48,7 +56,7 @@ impl Start {
     /// If `q` does not have the length that the mechanism requires.
     pub fn near<Y: Mechanism<Scalar = f64>>(system: &Y, t: f64, q: &[f64]) -> Result<Self, Error> {
         let (_, jacobian) = constraint(system, t, q)?;
-        let n = q.len();
+        let (n, joints) = (jacobian.ncols(), system.dimensions().joints);
         let mut left = jacobian;
         let mut dependent = Vec::new();
         // Gaussian elimination with full pivoting; the columns without a pivot are independent.
@@ -57,7 +65,7 @@ impl Start {
         loop {
             let mut best = (0, 0, 0.0);
             for (place, &row) in rows.iter().enumerate() {
-                for column in (0..n).filter(|column| !dependent.contains(column)) {
+                for column in (0..joints).filter(|column| !dependent.contains(column)) {
                     if left[(row, column)].abs() > best.2 {
                         best = (place, column, left[(row, column)].abs());
                     }
@@ -77,11 +85,17 @@ impl Start {
             }
         }
         let independent = (0..n).filter(|joint| !dependent.contains(joint)).collect();
-        Ok(Self { independent, dependent })
+        Ok(Self { independent, dependent, kept: Vec::new() })
+    }
+
+    /// Keeps components of free bodies, indices of u, where they are given, with these speeds (SI).
+    pub fn keep(&mut self, kept: &[(usize, f64)]) {
+        self.independent.retain(|k| kept.iter().all(|(other, _)| other != k));
+        self.kept = kept.to_vec();
     }
 
     /// The state with these independent coordinates (rad) and speeds (rad/s); the search for the others starts
-    /// at `near`.
+    /// at `near`. Those of free bodies are steps from `near` (m, rad) and speeds (m/s, rad/s).
     ///
     /// # Errors
     /// [`Error::NotClosed`] if the loops do not close.
@@ -110,11 +124,13 @@ impl Start {
         for (place, &joint) in self.dependent.iter().enumerate() {
             u[joint] += dragged[(place, 0)];
         }
+        self.kept.iter().for_each(|&(k, speed)| u[k] = speed);
         let mut directions = Vec::new();
         for k in 0..self.independent.len() {
-            let v = tangent(&unit(k));
+            let v = tangent(&self.independent_rate(system, coordinates, k));
             let moved = |h: f64| {
-                let q: Vec<f64> = q.iter().zip(&v).map(|(q, v)| q + h * v).collect();
+                let mut q = q.clone();
+                system.advance(&mut q, &v.iter().map(|v| h * v).collect::<Vec<f64>>());
                 constraint(system, t, &q).map(|(_, rows)| rows * DVector::from_column_slice(&u))
             };
             let turning = (moved(DIFFERENCE)? - moved(-DIFFERENCE)?) / (2.0 * DIFFERENCE);
@@ -123,7 +139,7 @@ impl Start {
             directions.push((v, self.spread(none.into_iter(), change.iter().map(|x| -x))));
         }
         for k in 0..self.independent.len() {
-            directions.push((vec![0.0; q.len()], tangent(&unit(k))));
+            directions.push((vec![0.0; u.len()], tangent(&unit(k))));
         }
         Ok(Begun { q, u, directions })
     }
@@ -138,7 +154,13 @@ impl Start {
         coordinates: &[f64],
     ) -> Result<Vec<f64>, Error> {
         let mut q = near.to_vec();
-        for (&joint, value) in self.independent.iter().zip(coordinates) {
+        let joints = system.dimensions().joints;
+        if system.dimensions().speeds > joints {
+            system.advance(&mut q, &self.step(system, coordinates));
+        }
+        for (&joint, value) in
+            self.independent.iter().zip(coordinates).filter(|(k, _)| **k < joints)
+        {
             q[joint] = *value;
         }
         let mut residual = f64::INFINITY;
@@ -160,6 +182,27 @@ impl Start {
         Ok(q)
     }
 
+    /// The steps of the free bodies, NU.
+    fn step<Y: Mechanism<Scalar = f64>>(&self, system: &Y, coordinates: &[f64]) -> Vec<f64> {
+        let Dimensions { joints, speeds, .. } = system.dimensions();
+        let mut step = vec![0.0; speeds];
+        for (&k, value) in self.independent.iter().zip(coordinates).filter(|(k, _)| **k >= joints) {
+            step[k] = *value;
+        }
+        step
+    }
+
+    /// How the independent part of a direction along q changes with the independent coordinate at `place`.
+    fn independent_rate<Y: Mechanism<Scalar = f64>>(
+        &self,
+        system: &Y,
+        coordinates: &[f64],
+        place: usize,
+    ) -> DVector<f64> {
+        let rate = step_rate(system, &self.step(system, coordinates), self.independent[place]);
+        DVector::from_iterator(self.independent.len(), self.independent.iter().map(|&k| rate[k]))
+    }
+
     /// J_d^+ times a matrix.
     fn solve(&self, jacobian: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
         if self.dependent.is_empty() {
@@ -172,13 +215,13 @@ impl Start {
             .unwrap_or_else(|_| DMatrix::zeros(self.dependent.len(), right.ncols()))
     }
 
-    /// Independent and dependent values as one vector over the joints.
+    /// Independent and dependent values as one vector along u; zero where a speed is kept.
     fn spread(
         &self,
         independent: impl Iterator<Item = f64>,
         dependent: impl Iterator<Item = f64>,
     ) -> Vec<f64> {
-        let mut all = vec![0.0; self.independent.len() + self.dependent.len()];
+        let mut all = vec![0.0; self.independent.len() + self.dependent.len() + self.kept.len()];
         for (&joint, value) in self.independent.iter().zip(independent) {
             all[joint] = value;
         }
@@ -195,7 +238,7 @@ fn constraint<Y: Mechanism<Scalar = f64>>(
     t: f64,
     q: &[f64],
 ) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
-    let (n, loops) = (q.len(), 9 * system.dimensions().loops);
+    let (n, loops) = (system.dimensions().speeds, 9 * system.dimensions().loops);
     let (mut residual, mut rows) = (vec![0.0; loops], vec![0.0; loops * n]);
     system.write_closure(q, &mut residual, &mut rows)?;
     let size = system.size();

@@ -4,16 +4,20 @@
 use crate::compare::keep_largest;
 use lamc_runtime::{Mechanism, assemble};
 
-use super::start::Start;
-use super::trajectory::{Direction, enough_steps, integrate};
+use super::start::{Begun, Start};
+use super::trajectory::{Direction, Trajectory, enough_steps, integrate};
 use crate::execution::Jit;
 use lamc::pipeline;
 use lamc::source::SourceFile;
 
 /// The paper's six-bar, folded, with tunable hinges.
 fn six_bar() -> (Jit, Vec<f64>) {
-    let mut text = include_str!("../../../examples/sixbar.yaml").to_owned();
-    text.push_str("tunable: [stiffness, damping]\n");
+    folded(include_str!("../../../examples/sixbar.yaml"))
+}
+
+/// A six-bar with tunable hinges, folded.
+fn folded(text: &str) -> (Jit, Vec<f64>) {
+    let text = format!("{text}tunable: [stiffness, damping]\n");
     let file = SourceFile { path: "sixbar.yaml".into(), text };
     let system = Jit::new(&pipeline::compile(&file).unwrap().program);
     let mut q = system.initial().q;
@@ -49,55 +53,144 @@ fn no_number_of_steps_is_enough_for_motions_that_are_no_numbers() {
     assert_eq!(enough_steps(&system, &times, (&near, &[f64::NAN; 6]), 1.0), None);
 }
 
-#[test]
-fn sensitivities_are_those_of_differences() {
-    let (system, near) = six_bar();
-    let start = Start::near(&system, 0.0, &near).unwrap();
-    let times: Vec<f64> = (0..=40).map(|k| f64::from(k) / 400.0).collect();
-    // Stiffness and damping of a joint, then coordinates and speeds.
-    let free = [2, 8];
-    let mut nominal: Vec<f64> = free.iter().map(|&k| system.parameters()[k]).collect();
-    nominal.extend(start.independent.iter().map(|&j| near[j]));
-    nominal.extend([3.0, -4.0, 2.0]);
-    let names: Vec<String> =
-        free.iter().map(|&k| system.interface().parameters[k].name.clone()).collect();
-    let motion = |x: &[f64], directions: &[Direction]| {
-        let mut system = system.clone();
-        for (name, value) in names.iter().zip(x) {
-            system.set_parameter(name, *value).unwrap();
-        }
-        let begun = start.at(&system, 0.0, &near, &x[2..5], &x[5..]).unwrap();
-        integrate(&system, &times, (&begun.q, &begun.u), directions, 4).unwrap()
-    };
-    let parameters = system.parameters().len();
-    let of = |q: &[f64], u: &[f64], free: Option<usize>| Direction {
-        q: q.to_vec(),
-        u: u.to_vec(),
-        parameters: (0..parameters).map(|k| f64::from(u8::from(Some(k) == free))).collect(),
-    };
-    let begun = start.at(&system, 0.0, &near, &nominal[2..5], &nominal[5..]).unwrap();
-    let mut directions: Vec<Direction> =
-        free.iter().map(|&k| of(&[0.0; 6], &[0.0; 6], Some(k))).collect();
-    directions.extend(begun.directions.iter().map(|(q, u)| of(q, u, None)));
-    let own = motion(&nominal, &directions);
-    for (column, size) in [1e-2, 1e-3, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0].into_iter().enumerate() {
-        let h = 1e-4 * size;
-        let shifted = |by: f64| {
-            let mut x = nominal.clone();
-            x[column] += by;
-            motion(&x, &[]).q
-        };
-        let (before, after) = (shifted(-h), shifted(h));
+/// The derivatives of motions by some numbers, against central differences: `directions` are those at the start, and
+/// `motion` is that of other numbers.
+fn check_sensitivities(
+    system: &Jit,
+    own: &Trajectory,
+    motion: &dyn Fn(usize, f64) -> Trajectory,
+    steps: &[f64],
+    tolerance: f64,
+) {
+    let n = system.dimensions().speeds;
+    let mut step = vec![f64::NAN; n];
+    for (column, &h) in steps.iter().enumerate() {
+        let (before, after) = (motion(column, -h), motion(column, h));
         let (mut worst, mut scale) = (0.0_f64, 0.0_f64);
-        for sample in 0..times.len() {
-            for joint in 0..6 {
-                let expected = (after[sample][joint] - before[sample][joint]) / (2.0 * h);
-                let found = own.derivatives[sample][6 * column + joint];
+        for sample in 0..own.q.len() {
+            system.write_difference(&before.q[sample], &after.q[sample], &mut step);
+            for (k, step) in step.iter().enumerate() {
+                let expected = step / (2.0 * h);
+                let found = own.derivatives[sample][n * column + k];
                 worst = keep_largest(worst, (found - expected).abs());
                 scale = keep_largest(scale, expected.abs());
             }
         }
         println!("direction {column}: {worst:e} of {scale:e}");
-        assert!(worst < 1e-5 * scale, "direction {column}: {worst:e} of {scale:e}");
+        assert!(worst < tolerance * scale, "direction {column}: {worst:e} of {scale:e}");
     }
+}
+
+/// Directions by some parameters, then those of a start.
+fn directions(system: &Jit, free: &[usize], begun: &Begun) -> Vec<Direction> {
+    let (n, parameters) = (begun.u.len(), system.parameters().len());
+    let of = |q: &[f64], u: &[f64], free: Option<usize>| Direction {
+        q: q.to_vec(),
+        u: u.to_vec(),
+        parameters: (0..parameters).map(|k| f64::from(u8::from(Some(k) == free))).collect(),
+    };
+    let still = vec![0.0; n];
+    let by_parameter = free.iter().map(|&k| of(&still, &still, Some(k)));
+    by_parameter.chain(begun.directions.iter().map(|(q, u)| of(q, u, None))).collect()
+}
+
+/// Free parameters, independent coordinates and speeds, and the motion from them.
+fn check_start(
+    system: &Jit,
+    near: &[f64],
+    free: &[usize],
+    start: &[f64],
+    steps: &[f64],
+    fine: (usize, f64),
+) {
+    let independent = Start::near(system, 0.0, near).unwrap();
+    let times: Vec<f64> = (0..=40).map(|k| f64::from(k) / 400.0).collect();
+    let mut nominal: Vec<f64> = free.iter().map(|&k| system.parameters()[k]).collect();
+    nominal.extend(start);
+    let freedoms = independent.independent.len();
+    let names: Vec<String> =
+        free.iter().map(|&k| system.interface().parameters[k].name.clone()).collect();
+    let begun = |system: &Jit, x: &[f64]| {
+        let (coordinates, speeds) = x[free.len()..].split_at(freedoms);
+        independent.at(system, 0.0, near, coordinates, speeds).unwrap()
+    };
+    let motion = |column: usize, by: f64| {
+        let mut x = nominal.clone();
+        x[column] += by;
+        let mut system = system.clone();
+        for (name, value) in names.iter().zip(&x) {
+            system.set_parameter(name, *value).unwrap();
+        }
+        let begun = begun(&system, &x);
+        integrate(&system, &times, (&begun.q, &begun.u), &[], fine.0).unwrap()
+    };
+    let begun = begun(system, &nominal);
+    let along = directions(system, free, &begun);
+    let own = integrate(system, &times, (&begun.q, &begun.u), &along, fine.0).unwrap();
+    check_sensitivities(system, &own, &motion, steps, fine.1);
+}
+
+#[test]
+fn sensitivities_are_those_of_differences() {
+    let (system, near) = six_bar();
+    let independent = Start::near(&system, 0.0, &near).unwrap().independent;
+    let mut start: Vec<f64> = independent.iter().map(|&j| near[j]).collect();
+    start.extend([3.0, -4.0, 2.0]);
+    // Stiffness and damping of a joint, then coordinates and speeds.
+    let steps = [1e-2, 1e-3, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0].map(|size| 1e-4 * size);
+    check_start(&system, &near, &[2, 8], &start, &steps, (4, 1e-5));
+}
+
+/// The same without a base: its loop closes wherever the free body is.
+#[test]
+fn sensitivities_of_a_tumbling_loop_are_those_of_differences() {
+    let text = include_str!("../../../examples/sixbar.yaml").replace("fixed: true", "free: true");
+    let (system, near) = folded(&text);
+    let independent = Start::near(&system, 0.0, &near).unwrap().independent;
+    assert_eq!(independent[3..], [6, 7, 8, 9, 10, 11]);
+    let mut start: Vec<f64> = independent[..3].iter().map(|&j| near[j]).collect();
+    start.extend([0.01, -0.02, 0.03, 0.5, -0.9, 0.7]);
+    start.extend([3.0, -4.0, 2.0, 0.5, -0.3, 0.8, 4.0, -2.0, 3.0]);
+    let of_joints = |size: f64| [1e-4 * size; 3];
+    let of_body = [1e-5, 1e-5, 1e-5, 1e-4, 1e-4, 1e-4];
+    let steps = [
+        &[1e-6, 1e-7][..],
+        &of_joints(1.0)[..],
+        &of_body[..],
+        &of_joints(10.0)[..],
+        &of_body.map(|h| 10.0 * h)[..],
+    ];
+    check_start(&system, &near, &[2, 8], &start, &steps.concat(), (16, 1e-5));
+}
+
+/// Two plates with a hinge that tumble in the air, far from where the first one is given.
+#[test]
+fn sensitivities_of_tumbling_plates_are_those_of_differences() {
+    let text = "
+units: { length: mm }
+materials: { card: { density: 700, thickness: 0.4 } }
+layup: [card]
+air: { density: 1.2, drag: 1.2 }
+tunable: [stiffness, damping]
+bodies:
+  hull: { free: true, outline: [[0, 0], [40, 0], [40, 20], [0, 20]] }
+  wing: { outline: [[40, 0], [80, 0], [80, 20], [40, 20]] }
+joints:
+  hinge: { bodies: [hull, wing], axis: [[40, 0], [40, 20]], stiffness: 1e-4, damping: 1e-7, rest: 0.6 }
+initial: { bodies: { hull: { position: [0, 0, 500], turn: [0, 30 deg, 0] } } }
+";
+    let file = SourceFile { path: "plates.yaml".into(), text: text.to_owned() };
+    let system = Jit::new(&pipeline::compile(&file).unwrap().program);
+    let near = system.initial().q;
+    let start = [
+        [0.4, 0.01, -0.02, 0.03, 0.5, -0.9, 0.7].as_slice(),
+        [3.0, 0.5, -0.3, 0.8, 7.0, -4.0, 9.0].as_slice(),
+    ]
+    .concat();
+    let steps = [
+        [1e-8, 1e-10, 1e-4, 1e-5, 1e-5, 1e-5, 1e-4, 1e-4, 1e-4].as_slice(),
+        [1e-3, 1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-3].as_slice(),
+    ]
+    .concat();
+    check_start(&system, &near, &[0, 1], &start, &steps, (8, 1e-7));
 }

@@ -11,9 +11,14 @@
 //! Runge-Kutta method takes fixed steps, so that the result is a smooth function of z, which least
 //! squares need. After each step the state is projected onto the closed loops; the derivatives
 //! are tangential to them up to the error of the method.
+//!
+//! dq/dz has one number for each speed. For the orientation of a free body it is a small turn in the body's frame,
+//! which turns with the angular velocity w: d/dt dq/dz = dw/dz - w x dq/dz.
 
 use lamc::arithmetic::largest;
 use lamc_runtime::{Change, Error, Mechanism, derivatives_along, project};
+
+use super::tangent::{write_deviation, write_direction_rate};
 
 /// The largest number of steps between two samples.
 const MOST_STEPS: usize = 256;
@@ -21,20 +26,20 @@ const MOST_STEPS: usize = 256;
 /// A direction in which a motion may change.
 #[derive(Clone, Debug)]
 pub struct Direction {
-    /// dq/dz at the start.
+    /// dq/dz at the start, NU.
     pub q: Vec<f64>,
-    /// du/dz at the start.
+    /// du/dz at the start, NU.
     pub u: Vec<f64>,
     /// dp/dz, by parameter.
     pub parameters: Vec<f64>,
 }
 
-/// Angles at the samples and their derivatives.
+/// Coordinates at the samples and their derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
-    /// By sample, rad.
+    /// By sample, NQ each: rad, for free bodies m and quaternions.
     pub q: Vec<Vec<f64>>,
-    /// By sample, then direction after direction, N each.
+    /// By sample, then direction after direction, NU each.
     pub derivatives: Vec<Vec<f64>>,
 }
 
@@ -50,7 +55,7 @@ pub fn integrate<Y: Mechanism<Scalar = f64>>(
     directions: &[Direction],
     steps: usize,
 ) -> Result<Trajectory, Error> {
-    let n = start.0.len();
+    let (coordinates, n) = (start.0.len(), start.1.len());
     let mut sensitivities = Sensitivities {
         system,
         directions,
@@ -65,8 +70,8 @@ pub fn integrate<Y: Mechanism<Scalar = f64>>(
     }
     let mut trajectory = Trajectory { q: Vec::new(), derivatives: Vec::new() };
     let mut record = |y: &[f64]| {
-        trajectory.q.push(y[..n].to_vec());
-        let of = y[2 * n..].chunks_exact(2 * n).flat_map(|part| &part[..n]);
+        trajectory.q.push(y[..coordinates].to_vec());
+        let of = y[coordinates + n..].chunks_exact(2 * n).flat_map(|part| &part[..n]);
         trajectory.derivatives.push(of.copied().collect());
     };
     record(&y);
@@ -88,7 +93,8 @@ pub fn integrate<Y: Mechanism<Scalar = f64>>(
             for (y, sum) in y.iter_mut().zip(&sum) {
                 *y += h / 6.0 * sum;
             }
-            let (q, u) = y[..2 * n].split_at_mut(n);
+            let (q, u) = y[..coordinates + n].split_at_mut(coordinates);
+            system.normalise(q);
             project(system, t + h, q, u, sensitivities.workspace.as_mut())?;
         }
         record(&y);
@@ -111,28 +117,37 @@ impl<Y: Mechanism<Scalar = f64>> Sensitivities<'_, Y> {
     /// dy/dt, where y is q, u, then dq, du of each direction.
     fn write_rates(&mut self, t: f64, y: &[f64], rates: &mut [f64]) -> Result<(), Error> {
         let n = self.accelerations.len() / (1 + self.directions.len());
+        let joints = self.system.dimensions().joints;
+        let (state, along) = y.split_at(y.len() - 2 * n * self.directions.len());
+        let (q, u) = state.split_at(state.len() - n);
         let changes =
-            y[2 * n..].chunks_exact(2 * n).zip(self.directions).map(|(part, direction)| Change {
+            along.chunks_exact(2 * n).zip(self.directions).map(|(part, direction)| Change {
                 t: 0.0,
                 q: &part[..n],
                 u: &part[n..],
                 parameters: &direction.parameters,
                 inputs: &self.inputs,
             });
-        let (q, u) = y[..2 * n].split_at(n);
         let (workspace, out) = (self.workspace.as_mut(), &mut self.accelerations);
         derivatives_along(self.system, t, q, u, changes, workspace, out)?;
-        let parts = rates.chunks_exact_mut(2 * n).zip(y.chunks_exact(2 * n));
-        for ((rates, y), a) in parts.zip(self.accelerations.chunks_exact(n)) {
-            rates[..n].copy_from_slice(&y[n..]);
-            rates[n..].copy_from_slice(a);
+        let (of_state, of_directions) = rates.split_at_mut(state.len());
+        let (of_q, of_u) = of_state.split_at_mut(q.len());
+        self.system.write_rates(q, u, of_q);
+        let (a, changed) = self.accelerations.split_at(n);
+        of_u.copy_from_slice(a);
+        let parts = of_directions.chunks_exact_mut(2 * n).zip(along.chunks_exact(2 * n));
+        for ((rates, part), a) in parts.zip(changed.chunks_exact(n)) {
+            let ((dq, du), (of_dq, of_du)) = (part.split_at(n), rates.split_at_mut(n));
+            write_direction_rate(u, dq, du, joints, of_dq);
+            of_du.copy_from_slice(a);
         }
         Ok(())
     }
 }
 
-/// The number of steps between samples that keeps the error of the angles within `tolerance` (rad), found by comparison
-/// with twice as many. `None` if even [`MOST_STEPS`] are too few: the motion is too stiff.
+/// The number of steps between samples that keeps the error of the angles, and of displacements over the mechanism's
+/// size, within `tolerance` (rad), found by comparison with twice as many. `None` if even [`MOST_STEPS`] are too few: the
+/// motion is too stiff.
 pub fn enough_steps<Y: Mechanism<Scalar = f64>>(
     system: &Y,
     times: &[f64],
@@ -145,8 +160,11 @@ pub fn enough_steps<Y: Mechanism<Scalar = f64>>(
     while steps < MOST_STEPS {
         let fine = at(2 * steps);
         if let (Some(coarse), Some(fine)) = (&coarse, &fine) {
-            let both = coarse.q.iter().flatten().zip(fine.q.iter().flatten());
-            let error = largest(both.map(|(a, b)| a - b));
+            let mut deviation = vec![0.0; start.1.len()];
+            let error = largest(coarse.q.iter().zip(&fine.q).map(|(coarse, fine)| {
+                write_deviation(system, coarse, fine, &mut deviation);
+                largest(&deviation)
+            }));
             // The method has order 4: the error of the coarse motion is 16/15 of the difference.
             if error * 16.0 / 15.0 <= tolerance {
                 return Some(steps);

@@ -114,3 +114,53 @@ fn a_fit_says_what_its_record_does_not_tell() {
         text(&output.stderr)
     );
 }
+
+/// Two plates with a hinge that tumble as they fall.
+const PLATES: &str = "
+units: { length: mm }
+materials: { card: { density: 700, thickness: 0.4 } }
+layup: [card]
+bodies:
+  hull: { free: true, outline: [[0, 0], [40, 0], [40, 20], [0, 20]] }
+  wing: { outline: [[40, 0], [80, 0], [80, 30], [40, 20]] }
+joints:
+  hinge: { bodies: [hull, wing], axis: [[40, 0], [40, 20]], stiffness: STIFFNESS, damping: 1e-7, rest: 0.6 }
+initial: { bodies: { hull: { position: [0, 0, 500], velocity: [1, 0, 0], angular_velocity: [3, -5, 10] } } }
+";
+
+#[test]
+fn a_robot_without_a_base_is_fitted_with_and_without_its_pose() {
+    let (_guard, folder) = folder();
+    let at = |name: &str| folder.join(name).display().to_string();
+    let [exact, guess, whole, angles] =
+        ["exact.yaml", "guess.yaml", "run.csv", "angles.csv"].map(at);
+    fs::write(&exact, PLATES.replace("STIFFNESS", "1e-4")).unwrap();
+    fs::write(&guess, PLATES.replace("STIFFNESS", "2e-4")).unwrap();
+    let motion = ["--duration", "0.2", "--rate", "360", "--tolerance", "1e-12", "--csv", &whole];
+    let simulated = run(&[&["simulate", &exact][..], &motion].concat());
+    assert_eq!(simulated.status.code(), Some(0), "{}", told(&simulated));
+    let columns = fs::read_to_string(&whole).unwrap();
+    let first = columns.lines().map(|line| line.split(',').take(2).collect::<Vec<_>>().join(","));
+    fs::write(&angles, first.collect::<Vec<_>>().join("\n")).unwrap();
+    let [plot, fitted] = ["left.svg", "fitted.csv"].map(at);
+    let outputs = ["--plot", &plot, "--csv", &fitted];
+    let unknown = "not in the record, so that the model tells their start: hull.vx, hull.vy";
+    for (data, kept) in [(&whole, false), (&angles, true)] {
+        let given = ["fit", &guess, "--data", data, "--free", "stiffness,damping"];
+        let fit = run(&[&given[..], &outputs].concat());
+        let found = text(&fit.stdout);
+        assert!(found.contains("1.000000e-4") && found.contains("1.000000e-7"), "{found}");
+        // The drawing is 80 mm long and 30 mm wide; a free body reaches out by its radius of gyration too.
+        assert!(found.contains("they are divided by 86.7308 mm"), "{found}");
+        assert_eq!(found.contains(unknown), kept, "{found}");
+        assert_eq!(told(&fit), "");
+    }
+    let header = "t [s],q.hinge [rad],q.hull.x [m],q.hull.y [m],q.hull.z [m],q.hull.qw [1]";
+    assert!(fs::read_to_string(&fitted).unwrap().starts_with(header));
+    assert!(Path::new(&plot).is_file());
+    fs::write(&angles, columns.replacen("q.hull.qy [1]", "quux", 1)).unwrap();
+    let refused = run(&["fit", &guess, "--data", &angles, "--free", "stiffness"]);
+    assert_eq!(refused.status.code(), Some(1));
+    let says = "the orientation of `hull` has no column `q.hull.qy`";
+    assert!(text(&refused.stderr).contains(says), "{}", text(&refused.stderr));
+}

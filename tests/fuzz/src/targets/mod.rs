@@ -113,7 +113,7 @@ fn read_states(input: &[u8]) {
 /// Any text as measured angles of `lamc fit`, and as configurations of `lamc equilibrium`.
 fn measurements(input: &[u8]) {
     let joints = ["knee", "hip"];
-    let record = read_numbers(text(input), |text| Record::read(text, &joints));
+    let record = read_numbers(text(input), |text| Record::read(text, &joints, &["hull"]));
     if let Some(record) = record {
         let counts = [0, 1].map(|joint| record.seen(joint).0.len());
         assert!(counts.iter().all(|count| *count <= record.t.len()));
