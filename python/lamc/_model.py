@@ -560,14 +560,17 @@ class Model:
         initial: Mapping[str, float] | None = None,
         from_rest: bool = False,
     ) -> Fit:
-        """Identifies parameters from measured angles, by least squares between the measured and the simulated motion.
+        """Identifies parameters from measured angles and poses of free bodies, by least squares between the measured and
+        the simulated motion.
 
         The parameters' values are the first guess. Unknown are also where the motion starts and, unless it starts from
-        rest, how fast.
+        rest, how fast. A coordinate of a free body that was not measured starts as the model says, and so does its speed.
 
         Args:
             t: Times (S), s, ascending.
-            q: Angles (S, N), rad, NaN where none was measured; or by joint (S), for the joints that were measured.
+            q: Coordinates (S, NQ), NaN where none was measured; or by name (S), as in ``coordinates``, for those that were
+                measured. Angles are in rad, displacements in m. An orientation is measured as a whole or not at all, and
+                the sign of its quaternion does not matter.
             free: Parameters to identify. Those of hinges and plates are parameters if the model has ``tunable``.
             initial: Guesses of initial angles that were not measured, rad.
             from_rest: Whether the motion starts from rest.
@@ -576,23 +579,23 @@ class Model:
             Error: The record does not determine the parameters, or no minimum was found.
         """
         times = np.atleast_1d(numbers("t", t))
-        n = len(self.joints)
+        n = len(self.coordinates)
         if isinstance(q, Mapping):
-            angles = np.full((len(times), n), np.nan)
-            for k, column in zip(self._indices(q), q.values()):
-                measured = numbers(self.joints[k], column)
+            seen = np.full((len(times), n), np.nan)
+            for k, column in zip(self._indices(q, self.coordinates), q.values()):
+                measured = numbers(self.coordinates[k], column)
                 if measured.shape != times.shape:
-                    raise _lamc.Error(f"`{self.joints[k]}` has the shape {measured.shape}, not {times.shape}")
-                angles[:, k] = measured
+                    raise _lamc.Error(f"`{self.coordinates[k]}` has the shape {measured.shape}, not {times.shape}")
+                seen[:, k] = measured
         else:
-            angles = numbers("q", q)
-        if times.ndim != 1 or angles.shape != (len(times), n):
-            raise _lamc.Error(f"`q` has the shape {angles.shape}, not ({len(times)}, {n})")
+            seen = numbers("q", q)
+        if times.ndim != 1 or seen.shape != (len(times), n):
+            raise _lamc.Error(f"`q` has the shape {seen.shape}, not ({len(times)}, {n})")
         if len(times) < 3 or not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
             raise _lamc.Error("`t` must have at least three ascending times")
         guess = {} if initial is None else dict(initial)
         start = [(k, number(self.joints[k], angle)) for k, angle in zip(self._indices(guess), guess.values())]
-        found = self._native.fit(times.tolist(), angles.tolist(), names(free), start, bool(from_rest))
+        found = self._native.fit(times.tolist(), seen.tolist(), names(free), start, bool(from_rest))
         if not found["is_near"]:
             warnings.warn(
                 "the model does not move as measured: the residuals are "
@@ -607,6 +610,7 @@ class Model:
             correlation=found["correlations"].reshape(len(parameters), len(parameters)),
             rms=found["rms"],
             q=np.array(found["q"], dtype=float).reshape(len(times), n),
+            kept=found["kept"],
         )
 
     # -- files --------------------------------------------------------------------------------------------------
@@ -686,13 +690,15 @@ class Model:
 
     # -- arguments ----------------------------------------------------------------------------------------------
 
-    def _indices(self, joints: Iterable[str]) -> list[int]:
-        known = {name: k for k, name in enumerate(self.joints)}
+    def _indices(self, given: Iterable[str], among: Sequence[str] | None = None) -> list[int]:
+        """The indices of these joints, or of these names ``among`` others."""
+        there = self.joints if among is None else among
+        known = {name: k for k, name in enumerate(there)}
         try:
-            return [known[name] for name in joints]
+            return [known[name] for name in given]
         except KeyError as missing:
-            there = ", ".join(self.joints)
-            raise _lamc.Error(f"there is no joint {missing}; there are {there}") from None
+            what = "coordinate" if self.free_bodies and among is not None else "joint"
+            raise _lamc.Error(f"there is no {what} {missing}; there are {', '.join(there)}") from None
 
     def _vector(self, name: str, values: ArrayLike, components: Sequence[str]) -> list[float]:
         vector = numbers(name, values)

@@ -113,6 +113,8 @@ class Fit:
     correlation: Array
     """Correlations of the estimates, in the order of ``parameters``."""
     rms: float
-    """Root mean square of the residuals, rad."""
+    """Root mean square of the residuals, rad; displacements of free bodies are divided by the size of the mechanism."""
     q: Array
-    """The fitted motion at the measured times (S, N), rad."""
+    """The fitted motion at the measured times (S, NQ)."""
+    kept: list[str]
+    """Speeds of free bodies that started as the model says, like their coordinates, because those were not measured."""

@@ -14,8 +14,8 @@ const TOLERANCE: f64 = 1e-9;
 
 #[pymethods]
 impl Program {
-    /// The parameters with which the motion that starts near `initial` is nearest to the measured angles `q`, one list for
-    /// each time; NaN was not measured.
+    /// The parameters with which the motion that starts near `initial` is nearest to the measured coordinates `q`, one list
+    /// for each time; NaN was not measured.
     fn fit<'py>(
         &self,
         py: Python<'py>,
@@ -25,7 +25,6 @@ impl Program {
         initial: Vec<(usize, f64)>,
         from_rest: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.interface().without_free("fits").map_err(error)?;
         self.interface().without_controllers("fits").map_err(error)?;
         let mut system = self.system();
         let parameters = &self.interface().parameters;
@@ -45,12 +44,13 @@ impl Program {
             system.set_initial(joint, angle);
         }
         let record = Record { t, q };
+        let names: Vec<String> = self.interface().speed_columns().map(|(name, _)| name).collect();
         let fit = interruptible(py, move || {
             let problem =
                 Problem { system, record: &record, free, from_rest, tolerance: TOLERANCE };
             problem.solve()
         });
-        let Fit { estimates, correlations, rms, share, q, evaluations, .. } =
+        let Fit { estimates, correlations, rms, share, q, kept, evaluations, .. } =
             fit?.map_err(error)?;
         let about = PyDict::new(py);
         about.set_item("names", estimates.iter().map(|it| &it.name).collect::<Vec<_>>())?;
@@ -62,6 +62,7 @@ impl Program {
         about.set_item("share", share)?;
         about.set_item("is_near", share <= NEAR)?;
         about.set_item("q", q)?;
+        about.set_item("kept", kept.iter().map(|&k| &names[k]).collect::<Vec<_>>())?;
         about.set_item("evaluations", evaluations)?;
         Ok(about)
     }

@@ -99,6 +99,31 @@ def test_a_plate_that_stands() -> None:
     assert found == pytest.approx(expected, rel=1e-6)
 
 
+def test_a_thrown_plate_gives_gravity() -> None:
+    model = lamc.load(PLATE | {"parameters": {"g": 5.0}, "gravity": [0, 0, "-g"]})
+    t = np.linspace(0.0, 0.3, 61)
+    half = 0.4 + 3.5 * t
+    # A plate that spins about its normal, in closed form; the sign of a quaternion is arbitrary.
+    sign = np.where(t > 0.1, -1.0, 1.0)
+    nothing = np.zeros_like(t)
+    pose = {
+        "hull.z": 2.0 * t - 9.81 / 2 * t**2,
+        "hull.qw": sign * np.cos(half),
+        "hull.qx": nothing,
+        "hull.qy": nothing,
+        "hull.qz": sign * np.sin(half),
+    }
+    fit = model.fit(t, pose, ["g"])
+    assert fit.parameters["g"] == pytest.approx(9.81, rel=1e-9)
+    assert fit.rms < 1e-9 and fit.q.shape == (61, 7)
+    assert fit.kept == ["hull.vx", "hull.vy"]
+    assert np.abs(fit.q[:, 2] - pose["hull.z"]).max() < 1e-9
+    with pytest.raises(lamc.Error, match="no unit quaternion"):
+        model.fit(t, pose | {"hull.qw": 2 * pose["hull.qw"]}, ["g"])
+    with pytest.raises(lamc.Error, match=r"there is no coordinate 'hull.w'; there are hull.x"):
+        model.fit(t, {"hull.w": nothing}, ["g"])
+
+
 def test_a_sweep_of_throws(tmp_path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     model = lamc.load(PLATE | {"parameters": {"g": 9.81}, "gravity": [0, 0, "-g"]})
