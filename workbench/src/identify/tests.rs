@@ -5,6 +5,7 @@ use crate::compare::keep_largest;
 use lamc_runtime::{Mechanism, assemble};
 
 use super::start::{Begun, Start};
+use super::tangent::{deviation_rate, write_deviation};
 use super::trajectory::{Direction, Trajectory, enough_steps, integrate};
 use crate::execution::Jit;
 use lamc::pipeline;
@@ -163,9 +164,8 @@ fn sensitivities_of_a_tumbling_loop_are_those_of_differences() {
     check_start(&system, &near, &[2, 8], &start, &steps.concat(), (16, 1e-5));
 }
 
-/// Two plates with a hinge that tumble in the air, far from where the first one is given.
-#[test]
-fn sensitivities_of_tumbling_plates_are_those_of_differences() {
+/// Two plates with a hinge, in the air.
+fn plates() -> Jit {
     let text = "
 units: { length: mm }
 materials: { card: { density: 700, thickness: 0.4 } }
@@ -180,7 +180,46 @@ joints:
 initial: { bodies: { hull: { position: [0, 0, 500], turn: [0, 30 deg, 0] } } }
 ";
     let file = SourceFile { path: "plates.yaml".into(), text: text.to_owned() };
-    let system = Jit::new(&pipeline::compile(&file).unwrap().program);
+    Jit::new(&pipeline::compile(&file).unwrap().program)
+}
+
+/// Far from and near to where a body is measured, by the differences of the runtime.
+#[test]
+fn deviations_change_as_their_differences() {
+    let (system, h) = (plates(), 1e-5);
+    let from = system.initial().q;
+    for turn in [[0.5, -2.0, 1.1], [0.004, -0.003, 0.006], [0.0, 0.0, 0.0]] {
+        let mut to = from.clone();
+        system.advance(&mut to, &[&[0.2, 0.01, -0.3, 0.02][..], &turn].concat());
+        let deviation = |to: &[f64]| {
+            let mut out = system.speeds();
+            write_deviation(&system, &from, to, &mut out);
+            out
+        };
+        for moved in 0..7 {
+            let direction: Vec<f64> = (0..7).map(|k| f64::from(u8::from(k == moved))).collect();
+            let at = |h: f64| {
+                let mut to = to.clone();
+                system.advance(&mut to, &direction.iter().map(|d| h * d).collect::<Vec<_>>());
+                deviation(&to)
+            };
+            let (before, after) = (at(-h), at(h));
+            for k in 0..7 {
+                let expected = (after[k] - before[k]) / (2.0 * h);
+                let found = deviation_rate(&system, &deviation(&to), &direction, k);
+                assert!(
+                    (found - expected).abs() < 1e-8,
+                    "{turn:?} {moved} {k}: {found} {expected}"
+                );
+            }
+        }
+    }
+}
+
+/// Far from where the free plate is given.
+#[test]
+fn sensitivities_of_tumbling_plates_are_those_of_differences() {
+    let system = plates();
     let near = system.initial().q;
     let start = [
         [0.4, 0.01, -0.02, 0.03, 0.5, -0.9, 0.7].as_slice(),
