@@ -68,6 +68,11 @@ struct Code {
 struct Memory(Option<JITModule>);
 
 impl MachineCode {
+    /// The function of this kind that it executes.
+    pub fn function(&self, kind: FunctionKind) -> &Function {
+        &self.shared.functions[kind as usize]
+    }
+
     /// Compiles these functions now. Returns false if there is no machine code for the host.
     pub fn compile(&self, kinds: &[FunctionKind]) -> bool {
         kinds.iter().all(|&kind| self.compiled(kind).is_some())

@@ -54,9 +54,12 @@ impl Simulation {
     }
 
     /// Tells the integrators that the accelerations have jumped.
-    fn restart(&mut self) {
+    pub(super) fn restart(&mut self) {
         self.explicit.restart();
         self.implicit.restart();
+        if let Some(switches) = &mut self.switches {
+            switches.forget();
+        }
     }
 
     /// Records the inputs that controllers drive in each further sample.

@@ -1,9 +1,14 @@
 //! Why a simulation ends before its time.
 
 use lamc::program::Interface;
-use lamc_runtime::Error;
+use lamc_runtime::{Error, Mechanism as _};
 
+use super::Simulation;
+use super::suspect::suspect;
 use crate::motion::Gain;
+
+/// Loops whose joints are all this near to zero, rad, lie flat.
+const FLAT: f64 = 1e-2;
 
 /// Why a simulation cannot be continued.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -80,6 +85,33 @@ pub enum SimulationError {
         /// s.
         t: f64,
     },
+}
+
+impl Simulation {
+    /// Whether it started from a sheet with loops that lay flat.
+    pub(super) fn started_flat(&self) -> bool {
+        let first = self.motion.samples.first();
+        let is_flat = first.is_some_and(|sample| sample.q.iter().all(|q| q.abs() < FLAT));
+        is_flat && self.system.dimensions().loops > 0
+    }
+
+    /// An error of the runtime with what is known here about its cause.
+    pub(super) fn failure(&self, error: &Error) -> SimulationError {
+        let interface = self.system.system.interface();
+        let held =
+            interface.joints.iter().zip(&self.system.sides).filter(|(_, side)| **side != 0.0);
+        let at_stop: Vec<_> = held.map(|(joint, _)| format!("`{}`", joint.name)).collect();
+        let reason = describe(error, interface);
+        if matches!(error, Error::StepTooSmall { .. }) && at_stop.is_empty() {
+            let suspect = suspect(&self.system, &self.state);
+            return SimulationError::BreaksOff {
+                reason,
+                started_flat: self.started_flat(),
+                suspect,
+            };
+        }
+        SimulationError::Failed { reason, t: self.state.t, at_stop }
+    }
 }
 
 fn advice(started_flat: bool) -> &'static str {

@@ -7,9 +7,9 @@
 //! its sign twice within a step is not seen; steps never reach beyond the next sample.
 
 use lamc::arithmetic::powi;
-use lamc_runtime::{Integrator, State};
+use lamc_runtime::State;
 
-use super::{Method, Simulation, SimulationError};
+use super::{Simulation, SimulationError};
 
 /// The bracket of a change is made this short, relative to the time.
 const RESOLUTION: f64 = 4.0 * f64::EPSILON;
@@ -174,12 +174,7 @@ impl Simulation {
 
     /// The state at a time within the last step, s.
     fn between(&mut self, t: f64) -> Result<State<Vec<f64>, f64>, SimulationError> {
-        let found = match self.method {
-            Method::Rodas => self.implicit.between(&self.system, t),
-            Method::Rigid { .. } => self.rigid.between(&self.system, &self.state, t),
-            Method::Auto | Method::Dopri5 => self.explicit.between(&self.system, t),
-        };
-        found.map_err(|error| self.failure(&error))
+        self.extension(t).map_err(|error| self.failure(&error))
     }
 }
 

@@ -28,6 +28,7 @@ mod samples;
 mod start;
 mod steps;
 mod suspect;
+mod switches;
 #[cfg(test)]
 mod tests;
 mod unfold;
@@ -39,7 +40,7 @@ pub use samples::{TooMany, sample_times};
 pub use start::{Asked, allowed, lost_fold, moves, start};
 pub use unfold::{Fold, unfold};
 
-use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped};
+use lamc_runtime::{Dopri5, Error, Mechanism, Rodas, State, Stopped};
 
 use crate::execution::Jit;
 use crate::motion::{Audit, Motion, Tensions, Work};
@@ -50,12 +51,10 @@ use plates::Plates;
 use steps::RigidSteps;
 pub use steps::Steps;
 use suspect::{is_at_stop, is_singular, suspect};
+use switches::Switches;
 
 /// What may be spent to leave a singular state, steps times joints cubed: one or two seconds.
 const MOST_TO_LEAVE: f64 = 5e6;
-
-/// Loops whose joints are all this near to zero, rad, lie flat.
-const FLAT: f64 = 1e-2;
 
 /// How to integrate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -116,6 +115,9 @@ pub struct Simulation {
     stopped: Vec<bool>,
     watches: Vec<Watch>,
     plates: Option<Plates>,
+    switches: Option<Switches>,
+    /// The state on the other side of the surface at which the last step ended.
+    beyond: Option<State<Vec<f64>, f64>>,
     control: Control,
 }
 
@@ -147,6 +149,7 @@ impl Simulation {
         let rigid = RigidSteps::new(&system, &state, settings.restitution);
         // Rigid contacts look ahead by themselves.
         let plates = if is_rigid { None } else { Plates::new(&system.system, &state.q)? };
+        let switches = if is_rigid { None } else { Switches::new(&system.system) };
         Ok(Self {
             system,
             state,
@@ -164,6 +167,8 @@ impl Simulation {
             stopped,
             watches: Vec::new(),
             plates,
+            switches,
+            beyond: None,
             control,
         })
     }
@@ -235,11 +240,16 @@ impl Simulation {
             {
                 return Ok(Reached::Interrupted);
             }
+            self.switch_at_once(t);
+            if self.state.t >= t {
+                break;
+            }
             let (begin, sides) = (self.state.t, self.system.sides.clone());
             let before = self.work.as_ref().map(|_| self.state.clone());
-            let outcome = self.step_before_plates(t);
+            let outcome = self.step_to_surface(t);
             if outcome.is_ok() {
                 self.add_work(before)?;
+                self.cross();
                 let reached = self.look(begin, &sides)?;
                 if reached != Reached::Time {
                     return Ok(reached);
@@ -346,13 +356,9 @@ impl Simulation {
     /// Adds the work of the step from `before`. A stop takes energy, too: from then on the work is
     /// not known.
     fn add_work(&mut self, before: Option<State<Vec<f64>, f64>>) -> Result<(), SimulationError> {
-        let (Some(work), Some(before)) = (&mut self.work, before) else { return Ok(()) };
-        let middle = 0.5 * (before.t + self.state.t);
-        let middle = match self.method {
-            Method::Rodas => self.implicit.between(&self.system, middle),
-            Method::Rigid { .. } => self.rigid.between(&self.system, &self.state, middle),
-            Method::Auto | Method::Dopri5 => self.explicit.between(&self.system, middle),
-        };
+        let Some(before) = before else { return Ok(()) };
+        let middle = self.extension(0.5 * (before.t + self.state.t));
+        let Some(work) = &mut self.work else { return Ok(()) };
         let touches = self.state.q.iter().enumerate();
         let touches = touches.map(|(joint, &q)| is_at_stop(self.system.limits(joint), q));
         match middle {
@@ -369,30 +375,5 @@ impl Simulation {
             Ok(Some(gain)) => Err(SimulationError::EnergyGain { gain, t: self.state.t }),
             Err(error) => Err(self.failure(&error)),
         }
-    }
-
-    /// Whether it started from a sheet with loops that lay flat.
-    fn started_flat(&self) -> bool {
-        let first = self.motion.samples.first();
-        let is_flat = first.is_some_and(|sample| sample.q.iter().all(|q| q.abs() < FLAT));
-        is_flat && self.system.dimensions().loops > 0
-    }
-
-    /// An error of the runtime with what is known here about its cause.
-    fn failure(&self, error: &Error) -> SimulationError {
-        let interface = self.system.system.interface();
-        let held =
-            interface.joints.iter().zip(&self.system.sides).filter(|(_, side)| **side != 0.0);
-        let at_stop: Vec<_> = held.map(|(joint, _)| format!("`{}`", joint.name)).collect();
-        let reason = describe(error, interface);
-        if matches!(error, Error::StepTooSmall { .. }) && at_stop.is_empty() {
-            let suspect = suspect(&self.system, &self.state);
-            return SimulationError::BreaksOff {
-                reason,
-                started_flat: self.started_flat(),
-                suspect,
-            };
-        }
-        SimulationError::Failed { reason, t: self.state.t, at_stop }
     }
 }

@@ -1,5 +1,7 @@
 //! Events of motions that have a closed form, and plates that steps must not jump over.
 
+mod switches;
+
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use lamc::pipeline;
