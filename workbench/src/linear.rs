@@ -81,7 +81,8 @@ pub struct KinkReport {
 pub struct Motions {
     /// The linear system.
     pub linear: Linear,
-    /// Its modes, slowest first.
+    /// Its modes, slowest first, without those along neutral directions: nothing brings these back, and the eigenvalue
+    /// that is found in place of zero is rounding.
     pub modes: Vec<Mode>,
     /// Whether the equilibrium is stable.
     pub stability: Stability,
@@ -143,6 +144,8 @@ impl Motions {
             statically_stable: is_static,
             dynamically_stable: is_dynamic,
         };
+        let least = linear.least_eigenvalue();
+        let modes = modes.into_iter().filter(|mode| mode.norm() > least).collect();
         Ok(Self { kinks: kinks.collect(), linear, modes, stability, warnings })
     }
 
@@ -179,6 +182,13 @@ impl Motions {
             None => writeln!(text, "dynamically unstable: a small motion grows"),
         };
         text
+    }
+}
+
+impl Mode {
+    /// The magnitude of the eigenvalue, 1/s.
+    fn norm(&self) -> f64 {
+        self.eigenvalue[0].hypot(self.eigenvalue[1])
     }
 }
 
@@ -223,6 +233,13 @@ impl Linear {
         DMatrix::from_fn(d, d, |i, k| -self.a[d + i][k])
     }
 
+    /// The size, 1/s, up to which an eigenvalue is what rounding of K makes of zero. Two zeros that belong to one
+    /// direction are the roots of such a rounding error.
+    fn least_eigenvalue(&self) -> f64 {
+        let sizes = self.a.len() as f64 * self.stiffness().norm();
+        (STIFFNESS_ROUNDING * f64::EPSILON * sizes).sqrt()
+    }
+
     /// The least eigenvalue of the symmetric part of K, over what is rounding; infinite where
     /// nothing can move.
     fn least_stiffness(&self) -> f64 {
@@ -239,11 +256,9 @@ impl Linear {
 /// Whether a mode grows. Of a mode whose stiffness is rounding the eigenvalue has no sign of its own:
 /// there the stiffness decides.
 fn grows(linear: &Linear, modes: &[Mode]) -> bool {
-    let norm = |mode: &Mode| mode.eigenvalue[0].hypot(mode.eigenvalue[1]);
-    let fastest = largest(modes.iter().map(norm));
-    let sizes = modes.len() as f64 * linear.stiffness().norm();
-    let neutral = STIFFNESS_ROUNDING * f64::EPSILON * sizes;
-    modes.iter().any(|mode| match norm(mode) * norm(mode) <= neutral {
+    let fastest = largest(modes.iter().map(Mode::norm));
+    let least = linear.least_eigenvalue();
+    modes.iter().any(|mode| match mode.norm() <= least {
         true => linear.least_stiffness() < -1.0,
         false => mode.eigenvalue[0] > ROUNDING * fastest,
     })

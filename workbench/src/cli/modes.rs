@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let json = serde_json::to_string_pretty(&report).map_err(fail)?;
         return output::print(&(json + "\n"));
     }
-    let modes = table(system, state, &motions.modes);
+    let modes = table(system, state, &motions.modes, neutral.is_empty());
     output::print(&format!("{modes}{}{}", motions.lines(), neutral_table(system, &neutral)))
 }
 
@@ -95,7 +95,8 @@ fn neutral_table(system: &Jit, directions: &[Vec<f64>]) -> String {
     text
 }
 
-fn table(system: &Jit, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> String {
+/// The modes as columns. Without any, either nothing moves or nothing brings back what does.
+fn table(system: &Jit, state: &State<Vec<f64>, f64>, modes: &[Mode], is_held: bool) -> String {
     let mut text = format!("{:<20} {:>12}", "joint", "rest deg");
     for number in 1..=modes.len() {
         let _ = write!(text, " {:>10}", format!("mode {number}"));
@@ -116,7 +117,7 @@ fn table(system: &Jit, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> String {
         text.push('\n');
     }
     if modes.is_empty() {
-        text.push_str("nothing can move\n");
+        text.push_str(if is_held { "nothing can move\n" } else { "nothing swings or decays\n" });
         return text;
     }
     let mut line = |name: &str, value: &dyn Fn(&Mode) -> f64| {

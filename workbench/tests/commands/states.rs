@@ -194,6 +194,8 @@ initial: { bodies: { plate: { position: [0, 0, 5], turn: [0, 20 deg, 0.5] } } }
         mode["frequency"].as_f64().is_some_and(|found| (found / heave - 1.0).abs() < 1e-9)
     };
     let mode = modes.iter().find(near).unwrap_or_else(|| panic!("no mode of {heave} Hz: {found}"));
+    // It heaves and rocks about two axes; that it slides and turns along the ground is no mode.
+    assert_eq!((modes.len(), found["neutral_directions"].as_array().map(Vec::len)), (3, Some(3)));
     assert_eq!(mode["shape"][2][0], 1.0);
     let table = text(&run(&["equilibrium", &path]).stdout);
     assert!(table.contains("statically neutral") && table.contains("plate.z mm"), "{table}");
@@ -307,4 +309,12 @@ fn a_joint_without_a_spring_is_a_neutral_direction() {
         (speeds, found),
         (vec!["held".to_owned(), "loose".to_owned()], vec![vec![0.0, 1.0]])
     );
+    // The one that the damper slows down stays where it stops: a decay, and a swing of the other.
+    let (_guard, folder) = folder();
+    let file = folder.join("loose.yaml");
+    fs::write(&file, format!("gravity: [0, 0, 0]\n{model}")).unwrap();
+    let found = json(&run(&["modes", &file.display().to_string(), "--json"]));
+    let modes = found["modes"].as_array().cloned().unwrap_or_default();
+    assert!(modes.iter().all(|mode| mode["damping_ratio"].as_f64() > Some(0.0)), "{modes:?}");
+    assert_eq!(modes.len(), 2);
 }
