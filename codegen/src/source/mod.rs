@@ -32,6 +32,7 @@ pub mod pattern;
 mod polynomial;
 mod popupcad;
 mod render;
+mod rewrite;
 mod rounding;
 pub mod schema;
 #[cfg(test)]
@@ -59,6 +60,7 @@ pub use ids::{
 pub use model::*;
 pub use names::{alternatives, closest as closest_name, is_identifier, is_keyword};
 pub use polynomial::{Polynomial, Term};
+pub use rewrite::with_parameters;
 pub use tunable::Tunable;
 pub use units::Dimension;
 pub use uses::Numbers;

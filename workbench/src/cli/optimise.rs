@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use lamc::source::schema::{ANGLE, LENGTH};
-use lamc::source::{self, SourceModel, to_yaml};
+use lamc::source::{self, SourceFile, SourceModel, to_yaml, with_parameters};
 use lamc_workbench::optimise::goals::{Aim, Measure, Moved, Moving, OfState, Stroke, Wanted};
 use lamc_workbench::optimise::{
     Failure, Goals, KEPT, Kept, Outcome as Optimum, Problem, Reached, remarks,
@@ -114,7 +114,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         if is_interrupted { Failed(EXIT_INTERRUPTED) } else { failed }
     })?;
     let values = problem.parameters(&found.found[found.best].x);
-    output::write(best, &to_yaml(&model.at(&values)))?;
+    let (file, model) = &model;
+    let rewritten = with_parameters(file, model, &values, best);
+    output::write(best, &rewritten.unwrap_or_else(|| to_yaml(&model.at(&values))))?;
     let remarks = remarks(&problem, &found);
     if best == "-" {
         return Ok(());
@@ -131,8 +133,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     Ok(())
 }
 
-/// The model as it is in its file, in which all variables are declared.
-fn declared(path: &str, goals: &Goals) -> Result<SourceModel, Failed> {
+/// The file, and the model as it is in it, in which all variables are declared.
+fn declared(path: &str, goals: &Goals) -> Result<(SourceFile, SourceModel), Failed> {
     let file = read(path)?;
     let (model, _) = source::parse(&file).map_err(|problems| {
         report(&problems, &file);
@@ -144,7 +146,7 @@ fn declared(path: &str, goals: &Goals) -> Result<SourceModel, Failed> {
             "`{}` comes from `tunable` and has no value in the model: declare a parameter, and use it in its place",
             variable.name
         ))),
-        None => Ok(model),
+        None => Ok((file, model)),
     }
 }
 
