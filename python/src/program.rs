@@ -9,7 +9,7 @@ use lamc::pipeline::Compiled;
 use lamc::program::{Executable, Interface};
 use lamc::source::Severity;
 use lamc_runtime::{Error as RuntimeError, Mechanism as _};
-use lamc_workbench::check;
+use lamc_workbench::check::Check;
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 use pyo3::prelude::*;
@@ -123,7 +123,10 @@ impl Program {
     /// The report of `lamc check`, and its warnings.
     fn check(&self, py: Python<'_>) -> (String, Vec<String>) {
         let compiled = &self.compiled;
-        py.detach(|| (check::report(compiled), check::warnings(compiled)))
+        py.detach(|| {
+            let check = Check::new(compiled);
+            (check.report(), check.warnings())
+        })
     }
 
     /// A model with other values of some parameters (SI), which shares the machine code, and the

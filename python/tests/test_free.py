@@ -95,8 +95,8 @@ def test_a_plate_that_stands() -> None:
     # The corners lie below the centre of mass: the weight makes the plate a little softer.
     stiffness = 4 * STIFFNESS * np.array([0.01, 0.02]) ** 2 - weight * 0.0002
     expected = np.sort([heave, *np.sqrt(stiffness / inertia)]) / (2 * np.pi)
-    found = np.sort(modes.frequency[modes.frequency > 0.1])
-    assert found == pytest.approx(expected, rel=1e-6)
+    # That it slides and turns along the ground is no mode.
+    assert np.sort(modes.frequency) == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_thrown_plate_gives_gravity() -> None:

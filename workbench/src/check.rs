@@ -8,9 +8,9 @@ use std::fmt::{self, Write};
 use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
 use lamc::program::Phase;
-use lamc::program::{Form, FunctionKind, Interpreter, Program};
+use lamc::program::{Form, FunctionKind, Program};
 use lamc::topology::Topology;
-use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
+use lamc_runtime::{Mechanism as _, State, Stopped, assemble, equilibrium, project};
 
 use crate::execution::Jit;
 use crate::inertia::Digits;
@@ -21,81 +21,93 @@ use crate::simulation::{lost_fold, moves};
 /// than the rest of the report.
 const MOST_AT_REST: usize = 60;
 
-/// Returns the longest stable step of the classical Runge-Kutta method at the equilibrium, s;
-/// `None` if there is no equilibrium or nothing oscillates.
-fn longest_step(compiled: &Compiled) -> Option<f64> {
-    let system = Jit::new(&compiled.program);
-    let mut state = system.initial();
-    if state.q.len() > MOST_AT_REST {
-        return None;
-    }
-    let joints = 0..system.dimensions().joints;
-    let pinned: Vec<bool> = joints.map(|joint| system.is_pinned(joint)).collect();
-    let room = &mut system.workspace();
-    assemble(&system, 0.0, &mut state.q, &pinned, room).ok()?;
-    project(&system, 0.0, &mut state.q, &mut state.u, room).ok()?;
-    state.u.fill(0.0);
-    equilibrium(&system, 0.0, &mut state.q, room).ok()?;
-    let mut resting = Stopped::new(system);
-    resting.resolve_impacts(&mut state).ok()?;
-    linear(&resting, &state).ok()?.longest_rk4_step()
+/// A model, and the state in which it starts.
+pub struct Check<'c> {
+    compiled: &'c Compiled,
+    system: Jit,
+    /// With closed loops; `None` if they do not close.
+    start: Option<State<Vec<f64>, f64>>,
+    /// How many digits accelerations have there.
+    digits: Option<Digits>,
 }
 
-/// Warnings of the initial state: joints that do not start at the requested angle, hinges bent beyond their linear range.
-pub fn warnings(compiled: &Compiled) -> Vec<String> {
-    let system = Interpreter::new(&compiled.program);
-    let mut q = system.initial().q;
-    let joints = 0..system.dimensions().joints;
-    let pinned: Vec<bool> = joints.map(|joint| system.is_pinned(joint)).collect();
-    // Commands that need a closed configuration report it if the model cannot be assembled.
-    let asked = q.clone();
-    if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_err() {
-        return Vec::new();
+impl<'c> Check<'c> {
+    /// Assembles the model. A start that does not close is no error: commands that need one report it.
+    pub fn new(compiled: &'c Compiled) -> Self {
+        let system = Jit::new(&compiled.program);
+        let mut state = system.initial();
+        let pinned = pinned(&system);
+        let closed = assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace());
+        let start = closed.is_ok().then_some(state);
+        let digits =
+            start.as_ref().and_then(|start| Digits::at(&system, system.interface(), start));
+        Self { compiled, system, start, digits }
     }
-    let mut warnings = moves(system.interface(), &pinned, &asked, &q);
-    warnings.extend(lost_fold(system.interface(), &pinned, &asked, &q));
-    warnings.extend(digits(compiled).and_then(|digits| digits.warning()));
-    let (parameters, inputs) = (system.parameters(), system.inputs());
-    let start = std::iter::once((0.0, q.as_slice()));
-    let beyond = excursions(&compiled.topology.mechanism, parameters, inputs, start);
-    warnings.extend(beyond.iter().map(ToString::to_string));
-    warnings
+
+    /// Warnings of the initial state: joints that do not start at the requested angle, hinges bent beyond their linear
+    /// range, accelerations with few digits.
+    pub fn warnings(&self) -> Vec<String> {
+        let Self { compiled, system, digits, .. } = self;
+        let Some(start) = &self.start else { return Vec::new() };
+        let (asked, pinned) = (system.initial().q, pinned(system));
+        let mut warnings = moves(system.interface(), &pinned, &asked, &start.q);
+        warnings.extend(lost_fold(system.interface(), &pinned, &asked, &start.q));
+        warnings.extend(digits.as_ref().and_then(Digits::warning));
+        let (parameters, inputs) = (system.parameters(), system.inputs());
+        let start = std::iter::once((0.0, start.q.as_slice()));
+        let beyond = excursions(&compiled.topology.mechanism, parameters, inputs, start);
+        warnings.extend(beyond.iter().map(ToString::to_string));
+        warnings
+    }
+
+    /// The longest stable step of the classical Runge-Kutta method at the equilibrium, s; `None` if there is no
+    /// equilibrium or nothing oscillates.
+    fn longest_step(&self) -> Option<f64> {
+        let mut state = self.start.clone()?;
+        if state.q.len() > MOST_AT_REST {
+            return None;
+        }
+        let (system, room) = (self.system.clone(), &mut self.system.workspace());
+        project(&system, 0.0, &mut state.q, &mut state.u, room).ok()?;
+        state.u.fill(0.0);
+        equilibrium(&system, 0.0, &mut state.q, room).ok()?;
+        let mut resting = Stopped::new(system);
+        resting.resolve_impacts(&mut state).ok()?;
+        linear(&resting, &state).ok()?.longest_rk4_step()
+    }
+
+    /// Mobility and loops, the method of the acceleration, masses, linear ranges, the longest stable step, and
+    /// operations.
+    pub fn report(&self) -> String {
+        let compiled = self.compiled;
+        let mut text = format!("{}\n\n", compiled.topology.mechanism.name);
+        // Writing to a String cannot fail.
+        let _ = write_mobility(&mut text, &compiled.topology);
+        let _ = write_method(&mut text, compiled);
+        if let Some(digits) = &self.digits {
+            let _ = writeln!(
+                text,
+                "mass matrix at the start: condition number {:.2e} if scaled, which costs accelerations up to {} digits",
+                digits.condition,
+                digits.lost(),
+            );
+        }
+        let _ = write_form(&mut text, &compiled.program);
+        let _ = write_bodies(&mut text, &compiled.topology.mechanism);
+        let _ = contacts::write(&mut text, &compiled.topology.mechanism);
+        let _ = controllers::write(&mut text, &compiled.topology.mechanism);
+        let _ = write_linear_ranges(&mut text, &compiled.topology.mechanism);
+        if let Some(step) = self.longest_step() {
+            let _ = writeln!(text, "\nlongest stable step of RK4 at rest: {step:.3e} s");
+        }
+        let _ = write_operations(&mut text, &compiled.program);
+        text
+    }
 }
 
-/// How many digits accelerations have at the start; `None` if the loops do not close.
-fn digits(compiled: &Compiled) -> Option<Digits> {
-    let system = Interpreter::new(&compiled.program);
-    let mut state = system.initial();
-    let joints = 0..system.dimensions().joints;
-    let pinned: Vec<bool> = joints.map(|joint| system.is_pinned(joint)).collect();
-    assemble(&system, state.t, &mut state.q, &pinned, &mut system.workspace()).ok()?;
-    Digits::at(&system, system.interface(), &state)
-}
-
-/// Mobility and loops, the method of the acceleration, masses, linear ranges, the longest stable step, and operations.
-pub fn report(compiled: &Compiled) -> String {
-    let mut text = format!("{}\n\n", compiled.topology.mechanism.name);
-    // Writing to a String cannot fail.
-    let _ = write_mobility(&mut text, &compiled.topology);
-    let _ = write_method(&mut text, compiled);
-    if let Some(digits) = digits(compiled) {
-        let _ = writeln!(
-            text,
-            "mass matrix at the start: condition number {:.2e} if scaled, which costs accelerations up to {} digits",
-            digits.condition,
-            digits.lost(),
-        );
-    }
-    let _ = write_form(&mut text, &compiled.program);
-    let _ = write_bodies(&mut text, &compiled.topology.mechanism);
-    let _ = contacts::write(&mut text, &compiled.topology.mechanism);
-    let _ = controllers::write(&mut text, &compiled.topology.mechanism);
-    let _ = write_linear_ranges(&mut text, &compiled.topology.mechanism);
-    if let Some(step) = longest_step(compiled) {
-        let _ = writeln!(text, "\nlongest stable step of RK4 at rest: {step:.3e} s");
-    }
-    let _ = write_operations(&mut text, &compiled.program);
-    text
+/// Which joints start at a given angle.
+fn pinned(system: &Jit) -> Vec<bool> {
+    (0..system.dimensions().joints).map(|joint| system.is_pinned(joint)).collect()
 }
 
 fn write_mobility(text: &mut String, topology: &Topology) -> fmt::Result {

@@ -114,7 +114,7 @@ contacts: { ground: { plane: { point: [0, 0, -1 mm], normal: [0, 0, 3] }, fricti
     let weight = 700.0 * 0.04 * 0.02 * 0.8e-3 * 9.81;
     let stiffness = contact.stiffness.constant().unwrap();
     assert!((stiffness * 0.01 * 0.8e-3 / weight - 1.0).abs() < 1e-12, "{stiffness}");
-    let report = lamc_workbench::check::report(&plate);
+    let report = lamc_workbench::check::Check::new(&plate).report();
     let mass = weight / 9.81;
     for line in [
         "ground: 8 points against a plane of the ground".to_owned(),
