@@ -7,6 +7,7 @@ mod compile;
 mod curves;
 mod cut;
 mod derive;
+mod designs;
 mod equilibrium;
 mod eval;
 mod explain;

@@ -13,6 +13,7 @@ use lamc_workbench::optimise::{
 };
 use serde::Serialize;
 
+use super::designs::side_by_side;
 use super::interrupt::{self, EXIT_INTERRUPTED};
 use super::paths::Paths;
 use super::start::Start;
@@ -28,6 +29,9 @@ pub struct Arguments {
     /// Where to write the best model
     #[arg(short, long, value_name = "FILE")]
     output: String,
+    /// Draw the mechanism before and after, side by side, as PNG
+    #[arg(long, value_name = "FILE")]
+    png: Option<String>,
     /// Print JSON in SI units and radians
     #[arg(long)]
     json: bool,
@@ -79,7 +83,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .input("the model", [&start.model])
         .input("the goals", [path])
         .output("--output", [best])
+        .output("--png", &arguments.png)
         .check()?;
+    output::has_extension(arguments.png.as_ref(), "png")?;
     let threads = match arguments.threads {
         Some(0) => return Err(misused("--threads must be at least 1")),
         Some(threads) => threads,
@@ -117,6 +123,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let (file, model) = &model;
     let rewritten = with_parameters(file, model, &values, best);
     output::write(best, &rewritten.unwrap_or_else(|| to_yaml(&model.at(&values))))?;
+    if let Some(path) = &arguments.png {
+        let before = problem.system.parameters();
+        if let Some(picture) = side_by_side(&problem, &[before, &values]) {
+            output::write(path, &picture.png().map_err(fail)?)?;
+        }
+    }
     let remarks = remarks(&problem, &found);
     if best == "-" {
         return Ok(());

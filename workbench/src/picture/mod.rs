@@ -62,7 +62,17 @@ struct Surface {
 impl<'a> Renderer<'a> {
     /// A renderer that shows the whole of a motion, for pictures of a size in pixels.
     pub fn new(scene: &'a Scene, motion: &Motion, view: View, size: [usize; 2]) -> Self {
-        let mut points = scene.swept(motion);
+        Self::around(scene, motion, scene.swept(motion), view, size)
+    }
+
+    /// As [`new`](Self::new), but shows all of these points, m.
+    pub fn around(
+        scene: &'a Scene,
+        motion: &Motion,
+        mut points: Vec<Vector3<f64>>,
+        view: View,
+        size: [usize; 2],
+    ) -> Self {
         let extent = box_around(&points);
         let (ground, walls) = (scene.ground(&extent), scene.walls(&extent));
         let camera = Camera::framing(&points, view, size);
@@ -194,6 +204,14 @@ impl<'a> Renderer<'a> {
 }
 
 impl Picture {
+    /// This picture with another of the same height to its right.
+    pub fn beside(self, right: Self) -> Self {
+        let [left_row, right_row] = [self.width, right.width].map(|width| 3 * width.max(1));
+        let rows = self.rgb.chunks_exact(left_row).zip(right.rgb.chunks_exact(right_row));
+        let rgb = rows.flat_map(|(left, right)| left.iter().chain(right)).copied().collect();
+        Self { width: self.width + right.width, height: self.height.min(right.height), rgb }
+    }
+
     /// Encodes the picture as a PNG file.
     ///
     /// # Errors

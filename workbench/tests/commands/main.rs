@@ -8,6 +8,7 @@ mod common;
 mod compare;
 mod compile;
 mod cut;
+mod designs;
 mod figures;
 mod files;
 mod fold;

@@ -231,7 +231,7 @@ fn simulate(folder: &Path, arguments: &[&str]) -> Output {
     command.output().expect("lamc runs")
 }
 
-fn read_png(path: &Path) -> (u32, u32, Vec<u8>) {
+pub fn read_png(path: &Path) -> (u32, u32, Vec<u8>) {
     let file = std::io::BufReader::new(fs::File::open(path).expect("a picture"));
     let mut reader = png::Decoder::new(file).read_info().expect("PNG");
     let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
