@@ -304,9 +304,9 @@ fn shown(measure: Measure) -> (f64, &'static str) {
         Measure::Angle(_) | Measure::Moving(Moving { of: OfState::Angle(_), .. }) => {
             (1_f64.to_degrees(), "deg")
         }
-        Measure::Position { .. } | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => {
-            (1e3, "mm")
-        }
+        Measure::Position { .. }
+        | Measure::Extent(_)
+        | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => (1e3, "mm"),
         Measure::Frequency(_) => (1.0, "Hz"),
         Measure::Mass(_) => (1e3, "g"),
         Measure::Energy | Measure::Moving(_) => (1e3, "mJ"),

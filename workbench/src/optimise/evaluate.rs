@@ -1,5 +1,7 @@
 //! All goals and constraints of a design, with their derivatives by the variables.
 
+use std::borrow::Cow;
+
 use lamc::arithmetic::larger;
 use lamc::laminate;
 use lamc::pipeline::Compiled;
@@ -186,6 +188,7 @@ impl<'c> Problem<'c> {
         let scale = match measure {
             Measure::Angle(_) | Measure::Moving(Moving { of: OfState::Angle(_), .. }) => 1.0,
             Measure::Position { .. }
+            | Measure::Extent(_)
             | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => self.system.size(),
             Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => 1.0,
             Measure::Stroke(_) => self.system.size(),
@@ -211,6 +214,9 @@ impl<'c> Problem<'c> {
                 frequency(self.compiled, &design.system, mode)
             }),
             Measure::Mass(body) => self.differences(x, |x| self.mass(body, &self.parameters(x))),
+            Measure::Extent(axis) => {
+                self.differences(x, |x| self.extent(axis, &self.parameters(x)))
+            }
             Measure::Stroke(of) => stroke(&of, design),
             Measure::Moving(moving) => match &self.differentiated {
                 Some(differentiated) => {
@@ -239,17 +245,28 @@ impl<'c> Problem<'c> {
         }
     }
 
+    /// The mechanism as it is drawn at values of the parameters.
+    fn drawn(&self, values: &[f64]) -> Result<Cow<'_, laminate::Mechanism>, String> {
+        let Some(model) = &self.compiled.model else {
+            return Ok(Cow::Borrowed(&self.compiled.topology.mechanism));
+        };
+        let built = laminate::build(&model.at(values), &mut Diagnostics::default());
+        built.map(Cow::Owned).map_err(|problems| problems.to_string())
+    }
+
+    /// How far the flat drawing extends along an axis at values of the parameters, m.
+    fn extent(&self, axis: usize, values: &[f64]) -> Result<f64, String> {
+        let mechanism = self.drawn(values)?;
+        let sheets = mechanism.bodies.iter().flat_map(|body| &body.sheets);
+        let places = sheets.flat_map(|sheet| &sheet.outline).map(|vertex| vertex[axis]);
+        let (least, greatest) = places
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), place| (a.min(place), b.max(place)));
+        Ok(greatest - least)
+    }
+
     /// The mass of a body, or of all that move, at values of the parameters, kg.
     fn mass(&self, body: Option<usize>, values: &[f64]) -> Result<f64, String> {
-        let built;
-        let mechanism = match &self.compiled.model {
-            Some(model) => {
-                built = laminate::build(&model.at(values), &mut Diagnostics::default())
-                    .map_err(|problems| problems.to_string())?;
-                &built
-            }
-            None => &self.compiled.topology.mechanism,
-        };
+        let mechanism = self.drawn(values)?;
         let bodies = mechanism.bodies.iter().enumerate();
         let counted = bodies.filter(|(index, it)| body.map_or(!it.fixed, |body| body == *index));
         let mass = |it: &laminate::Body| match it.mass_parameter {

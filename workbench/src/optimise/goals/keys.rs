@@ -15,6 +15,8 @@ pub const NORMS: &[&str] = &["squares", "max"];
 pub const PLANES: &[&str] = &["xyz", "xy", "xz", "yz"];
 /// The words of `energy`.
 pub const ENERGIES: &[&str] = &["kinetic", "potential"];
+/// The words of `extent`.
+pub const AXES: &[&str] = &["x", "y"];
 /// The words of `timed`.
 pub const ANSWERS: &[&str] = &["true", "false"];
 
@@ -146,6 +148,12 @@ const MASS: Key = measure(
     "all",
     "The mass of a body by its name, or of `all` bodies that are not fixed.",
 );
+const EXTENT: Key = measure(
+    "extent",
+    Value::Word(AXES),
+    "x",
+    "How far all outlines of the flat drawing extend along an axis, which says whether they fit the stock.",
+);
 const ENERGY: Key = measure(
     "energy",
     Value::Word(ENERGIES),
@@ -192,6 +200,7 @@ pub static GOAL: Mapping = Mapping {
         POSITION,
         FREQUENCY,
         MASS,
+        EXTENT,
         ENERGY,
         STROKE_OF,
         AT,
@@ -229,6 +238,7 @@ pub static GOAL: Mapping = Mapping {
             &["position"],
             &["frequency"],
             &["mass"],
+            &["extent"],
             &["energy"],
             &["stroke"],
         ],
@@ -363,6 +373,25 @@ pub static CONSTRAINT: Mapping = Mapping {
     title: "Constraints",
     path: "constraints.<constraint>",
     doc: "A number with one limit or both.",
-    keys: &[ANGLE_AT_REST, POSITION, FREQUENCY, MASS, ENERGY, STROKE_OF, AT, AT_MOST, AT_LEAST],
-    choices: &[&[&["angle"], &["position"], &["frequency"], &["mass"], &["energy"], &["stroke"]]],
+    keys: &[
+        ANGLE_AT_REST,
+        POSITION,
+        FREQUENCY,
+        MASS,
+        EXTENT,
+        ENERGY,
+        STROKE_OF,
+        AT,
+        AT_MOST,
+        AT_LEAST,
+    ],
+    choices: &[&[
+        &["angle"],
+        &["position"],
+        &["frequency"],
+        &["mass"],
+        &["extent"],
+        &["energy"],
+        &["stroke"],
+    ]],
 };

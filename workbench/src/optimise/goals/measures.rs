@@ -4,14 +4,14 @@ use lamc::source::fields::Fields;
 use lamc::source::yaml::{Entry, Node};
 use lamc::source::{Span, read_in};
 
-use super::keys::{ENERGIES, STROKE};
+use super::keys::{AXES, ENERGIES, STROKE};
 use super::read::Reader;
 use super::{Measure, Moved, Moving, OfState, Stroke, Wanted};
 use crate::reading::Terms;
 
 /// The keys of measures.
-pub(super) const MEASURES: [&str; 6] =
-    ["angle", "position", "frequency", "mass", "energy", "stroke"];
+pub(super) const MEASURES: [&str; 7] =
+    ["angle", "position", "frequency", "mass", "extent", "energy", "stroke"];
 /// Makes what a number should be of its value.
 type Kind = fn(f64) -> Wanted;
 /// The word for the mass of all bodies that move.
@@ -23,7 +23,8 @@ impl Reader<'_> {
         let given: Vec<&Entry> = MEASURES.iter().filter_map(|key| fields.entry(key)).collect();
         let [entry] = given.as_slice() else {
             let path = fields.key("path").map_or("", |_| "`path`, ");
-            let measures = "`angle`, `position`, `frequency`, `mass`, `energy` and `stroke`";
+            let measures =
+                "`angle`, `position`, `frequency`, `mass`, `extent`, `energy` and `stroke`";
             self.unless_told(at, known, format!("give one of {path}{measures}"));
             return None;
         };
@@ -41,7 +42,7 @@ impl Reader<'_> {
             Measure::Position { point, axis } => OfState::Position { point, axis },
             Measure::Energy => OfState::Energy(1),
             Measure::Moving(Moving { of, .. }) => of,
-            Measure::Frequency(_) | Measure::Mass(_) | Measure::Stroke(_) => {
+            Measure::Frequency(_) | Measure::Mass(_) | Measure::Extent(_) | Measure::Stroke(_) => {
                 let key = &entry.key.value;
                 self.wrong(at.key.span, format!("`{key}` does not depend on the time"));
                 return None;
@@ -85,6 +86,15 @@ impl Reader<'_> {
                 "kinetic" => Measure::Moving(Moving { of: OfState::Energy(0), at: 0.0 }),
                 _ => Measure::Energy,
             }),
+            "extent" => {
+                let bodies = &self.compiled.topology.mechanism.bodies;
+                if bodies.iter().all(|body| body.sheets.is_empty()) {
+                    self.wrong(node.span, "no body has an outline");
+                    return None;
+                }
+                let axis = self.one_of(node, AXES)?;
+                AXES.iter().position(|known| *known == axis).map(Measure::Extent)
+            }
             "stroke" => self.stroke(entry).map(Measure::Stroke),
             _ if text == ALL => Some(Measure::Mass(None)),
             _ => {
@@ -113,7 +123,7 @@ impl Reader<'_> {
             let Some(value) = self.number_of(measure, node) else { continue };
             // Errors are shares of these numbers.
             let wrong = match measure {
-                Measure::Frequency(_) | Measure::Mass(_) => {
+                Measure::Frequency(_) | Measure::Mass(_) | Measure::Extent(_) => {
                     (value <= 0.0).then_some("must be more than 0")
                 }
                 Measure::Energy | Measure::Moving(Moving { of: OfState::Energy(_), .. }) => {
@@ -140,6 +150,7 @@ impl Reader<'_> {
             | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => self.read(node, "m"),
             Measure::Frequency(_) => self.read(node, "Hz"),
             Measure::Mass(_) => self.read(node, "kg"),
+            Measure::Extent(_) => self.read(node, "m"),
             Measure::Energy | Measure::Moving(_) => self.read(node, "J"),
             Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => self.angle(node),
             Measure::Stroke(_) => self.read(node, "m"),

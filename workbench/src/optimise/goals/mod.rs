@@ -113,6 +113,8 @@ pub enum Measure {
     Frequency(usize),
     /// The mass of a body, or of all that move, kg.
     Mass(Option<usize>),
+    /// How far the flat drawing extends along x or y (0, 1), m.
+    Extent(usize),
     /// The potential energy at rest, J.
     Energy,
     /// How far something moves, m or rad.

@@ -1,6 +1,7 @@
 //! Numbers of designs against closed forms, limits, and goals that stand against each other.
 
 use lamc::source::{self, to_yaml};
+use lamc_runtime::Mechanism as _;
 
 use super::*;
 
@@ -264,4 +265,42 @@ fn a_stiffness_is_found_for_an_angle_at_a_time() {
     let best = &outcome.found[outcome.best];
     assert!(best.is_kept());
     assert!((best.evaluation.goals[0].value - 0.5).abs() < 1e-6);
+}
+
+/// A strip as long as the stock allows: 5 mm of the stock are for the base.
+#[test]
+fn a_sheet_fits_its_stock() {
+    let compiled = compiled(
+        "
+units: { length: mm }
+parameters: { l: { value: 10 mm, range: [5 mm, 90 mm] } }
+materials: { card: { density: 700, thickness: 0.4 } }
+layup: [card]
+bodies:
+  base: { fixed: true, outline: [[0, -5], [10, -5], [10, 0], [0, 0]] }
+  strip: { outline: [[0, 0], [10, 0], [10, \"l\"], [0, \"l\"]] }
+joints:
+  hinge: { bodies: [base, strip], axis: [[0, 0], [10, 0]], stiffness: 1e-3 }
+",
+    );
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { l: {} }
+        starts: 4
+        goals: { heavy: { mass: strip, at_least: 1 kg } }
+        constraints: { long: { extent: y, at_most: 60 mm }, wide: { extent: x, at_most: 10.1 mm } }
+        ",
+    );
+    let at = problem.evaluate(&[0.5]).unwrap();
+    let [long, wide] = [&at.constraints[0], &at.constraints[1]];
+    assert!((long.value - 0.0525).abs() < 1e-12 && (wide.value - 0.01).abs() < 1e-12);
+    // By the share of the range, over the size.
+    let size = problem.system.size();
+    assert!((long.excess.slope[0] * size - 0.085).abs() < 1e-9);
+    assert!((wide.excess.slope[0] * size).abs() < 1e-9);
+    let outcome = optimised(&problem);
+    let best = &outcome.found[outcome.best];
+    let length = problem.parameters(&best.x)[0];
+    assert!((length - 0.055).abs() < 1e-7, "{length}");
 }

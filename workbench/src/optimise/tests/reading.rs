@@ -7,7 +7,9 @@ use crate::optimise::goals::{Aim, MAPPINGS, Measure, Norm, Wanted};
 const MODEL: &str = "
 units: { length: mm, angle: deg }
 parameters: { crank: { value: 20 mm, range: [16 mm, 24 mm] }, rocker: 40 mm }
-bodies: { base: { fixed: true }, arm: { mass: 1 g, com: [0, crank, 0], inertia: [[1e-7, 0, 0], [0, 1e-7, 0], [0, 0, 1e-7]] } }
+materials: { card: { density: 700, thickness: 0.4 } }
+layup: [card]
+bodies: { base: { fixed: true, outline: [[0, 0], [9, 0], [9, -9]] }, arm: { mass: 1 g, com: [0, crank, 0], inertia: [[1e-7, 0, 0], [0, 1e-7, 0], [0, 0, 1e-7]] } }
 joints: { j0: { bodies: [base, arm], axis: [[0, 0], [1, 0]], stiffness: 1e-3 } }
 points: { pen: { body: arm, at: [0, rocker, 0] }, tip: { body: arm, at: [0, 0, 1] } }
 ";
