@@ -18,17 +18,19 @@ use super::units::{
     NUMBER, SLOWNESS, STIFFNESS, TORQUE,
 };
 
-/// Units of numbers on a command line.
+/// What is known of numbers that are given beside the model, as on a command line.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Numbers {
     /// Unit of angles without a unit.
     pub angle: AngleUnit,
     /// Dimensions of parameters and inputs by name, where they are known.
     pub dimensions: BTreeMap<String, Dimension>,
+    /// Ranges of parameters by name, SI, where the model gives them.
+    pub ranges: BTreeMap<String, [f64; 2]>,
 }
 
 impl SourceModel {
-    /// Units of numbers on a command line.
+    /// What is known of numbers that are given beside the model.
     pub fn numbers(&self) -> Numbers {
         let mut dimensions = BTreeMap::new();
         for (index, parameter) in self.parameters.iter().enumerate() {
@@ -49,7 +51,11 @@ impl SourceModel {
                 owners.into_iter().map(|owner| (kind.parameter_name(owner), kind.dimension()));
             dimensions.extend(made);
         }
-        Numbers { angle: self.angle, dimensions }
+        let ranges = self.parameters.iter().filter_map(|parameter| {
+            let range = parameter.range.as_ref()?;
+            Some((parameter.name.value.clone(), range.value))
+        });
+        Numbers { angle: self.angle, dimensions, ranges: ranges.collect() }
     }
 
     /// Returns the dimension of a parameter or an input (a leaf of expressions), if it is the same

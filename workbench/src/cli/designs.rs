@@ -54,7 +54,11 @@ fn is_about_rest(problem: &Problem<'_>) -> bool {
     let of_rest = |measure: Measure| {
         matches!(
             measure,
-            Measure::Angle(_) | Measure::Position { .. } | Measure::Energy | Measure::Frequency(_)
+            Measure::Angle(_)
+                | Measure::Position { .. }
+                | Measure::Energy
+                | Measure::Stiffness { .. }
+                | Measure::Frequency(_)
         )
     };
     measures.into_iter().any(of_rest)

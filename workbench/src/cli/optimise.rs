@@ -308,6 +308,7 @@ fn shown(measure: Measure) -> (f64, &'static str) {
         | Measure::Extent(_)
         | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => (1e3, "mm"),
         Measure::Frequency(_) => (1.0, "Hz"),
+        Measure::Stiffness { .. } => (1.0, "N/m"),
         Measure::Mass(_) => (1e3, "g"),
         Measure::Energy | Measure::Moving(_) => (1e3, "mJ"),
         Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => (1_f64.to_degrees(), "deg"),

@@ -24,6 +24,7 @@ use crate::simulation::{Asked, describe, start};
 const ON_STOP: f64 = 1e-9;
 /// Eigenvalues of J^T J below this share of the largest are rounding errors: singular values below 1e-6 of the largest.
 const SINGULAR: f64 = 1e-12;
+const ISOLATED: &str = "the state of rest is not isolated";
 
 /// A state of rest.
 #[derive(Clone, Debug)]
@@ -39,13 +40,51 @@ pub struct Resting {
 /// # Errors
 /// There is none near the initial state, or it is not isolated; the text says so.
 pub fn rest(compiled: &Compiled, design: &Design<'_>) -> Result<Resting, String> {
-    let system = &design.system;
+    let q = settled(compiled, &design.system)?;
+    let follows = follows(design, &q)?;
+    Ok(Resting { q, follows })
+}
+
+/// The coordinates at rest.
+fn settled(compiled: &Compiled, system: &Jit) -> Result<Vec<f64>, String> {
     let asked = Asked::of(system, &[]);
     let mut state = start(&compiled.topology, system, &asked, |_| ())?;
     settle(system, &mut state)
         .map_err(|error| format!("no state of rest: {}", describe(&error, system.interface())))?;
-    let follows = follows(design, &state.q)?;
-    Ok(Resting { q: state.q, follows })
+    Ok(state.q)
+}
+
+/// The stiffness of a point along an axis about the state of rest, N/m: a small force along it over how far the point
+/// moves along it,
+///
+/// ```text
+/// 1/k = p_z (-N^T g_q N)^-1 p_z^T,   p_z = dp/dq N.
+/// ```
+///
+/// # Errors
+/// As [`rest`]; or the point cannot move along the axis.
+pub fn stiffness(
+    compiled: &Compiled,
+    design: &Design<'_>,
+    (point, axis): (usize, usize),
+) -> Result<f64, String> {
+    let q = settled(compiled, &design.system)?;
+    let Tangent { free, by_state, .. } = Tangent::at(design, &q)?;
+    let none = || format!("the point cannot move along {}", ["x", "y", "z"][axis]);
+    if free.is_empty() {
+        return Err(none());
+    }
+    let moves = free.column_iter().map(|direction| {
+        let direction = DMatrix::from_column_slice(direction.len(), 1, direction.as_slice());
+        design.point_along(point, &q, &direction).1[axis]
+    });
+    let moves = DVector::from_iterator(free.ncols(), moves);
+    let stiffness = -(free.transpose() * by_state * &free);
+    let yields = stiffness.lu().solve(&moves).ok_or(ISOLATED)?;
+    let compliance = moves.dot(&yields);
+    // Of a radian the point moves by so much, at most, that it is more than rounding.
+    let is_held = moves.amax() <= SINGULAR * design.system.size();
+    if is_held { Err(none()) } else { Ok(1.0 / compliance) }
 }
 
 /// The natural frequency of a mode about the state of rest, Hz.
@@ -61,27 +100,47 @@ pub fn frequency(compiled: &Compiled, system: &Jit, mode: usize) -> Result<f64, 
     found.ok_or_else(|| format!("the state of rest has no mode {}", mode + 1))
 }
 
+/// The directions and the derivatives of the forces at a state of rest.
+struct Tangent {
+    /// d, by variable.
+    closing: DMatrix<f64>,
+    /// N.
+    free: DMatrix<f64>,
+    /// g_x.
+    by_design: DMatrix<f64>,
+    /// g_q.
+    by_state: DMatrix<f64>,
+}
+
+impl Tangent {
+    fn at(design: &Design<'_>, q: &[f64]) -> Result<Self, String> {
+        let system = &design.system;
+        let dimensions = system.dimensions();
+        let (n, variables) = (dimensions.speeds, design.variables());
+        let held = held(system, q);
+        // The closure, and a row for each joint that is held.
+        let loops = 9 * dimensions.loops;
+        let (mut residual, mut jacobian) = (vec![0.0; loops], vec![0.0; loops * n]);
+        system.write_closure(q, &mut residual, &mut jacobian).map_err(|error| error.to_string())?;
+        let mut rows = DMatrix::zeros(loops + held.len(), n);
+        rows.view_mut((0, 0), (loops, n)).copy_from(&DMatrix::from_row_slice(loops, n, &jacobian));
+        held.iter().enumerate().for_each(|(row, joint)| rows[(loops + row, *joint)] = 1.0);
+        let mut by_design = DMatrix::zeros(loops + held.len(), variables);
+        by_design.view_mut((0, 0), (loops, variables)).copy_from(&design.closure(q));
+        let (closing, free) = split(&rows, &by_design);
+        let (by_design, by_state) = imbalance(design, q, &held);
+        Ok(Self { closing, free, by_design, by_state })
+    }
+}
+
+/// The derivatives of the coordinates at rest by the variables.
 fn follows(design: &Design<'_>, q: &[f64]) -> Result<DMatrix<f64>, String> {
-    let system = &design.system;
-    let dimensions = system.dimensions();
-    let (n, variables) = (dimensions.speeds, design.variables());
-    let held = held(system, q);
-    // The closure, and a row for each joint that is held.
-    let loops = 9 * dimensions.loops;
-    let (mut residual, mut jacobian) = (vec![0.0; loops], vec![0.0; loops * n]);
-    system.write_closure(q, &mut residual, &mut jacobian).map_err(|error| error.to_string())?;
-    let mut rows = DMatrix::zeros(loops + held.len(), n);
-    rows.view_mut((0, 0), (loops, n)).copy_from(&DMatrix::from_row_slice(loops, n, &jacobian));
-    held.iter().enumerate().for_each(|(row, joint)| rows[(loops + row, *joint)] = 1.0);
-    let mut by_design = DMatrix::zeros(loops + held.len(), variables);
-    by_design.view_mut((0, 0), (loops, variables)).copy_from(&design.closure(q));
-    let (closing, free) = split(&rows, &by_design);
-    let (by_design, by_state) = imbalance(design, q, &held);
+    let Tangent { closing, free, by_design, by_state } = Tangent::at(design, q)?;
     let stiffness = free.transpose() * &by_state * &free;
     let load = free.transpose() * (by_design + by_state * &closing);
     let moved = match free.ncols() {
-        0 => DMatrix::zeros(0, variables),
-        _ => stiffness.lu().solve(&-load).ok_or("the state of rest is not isolated")?,
+        0 => DMatrix::zeros(0, design.variables()),
+        _ => stiffness.lu().solve(&-load).ok_or(ISOLATED)?,
     };
     Ok(closing + free * moved)
 }

@@ -9,7 +9,7 @@ use lamc::source::Diagnostics;
 use lamc_runtime::Mechanism as _;
 use nalgebra::RowDVector;
 
-use super::balance::{Resting, frequency, rest};
+use super::balance::{Resting, frequency, rest, stiffness};
 use super::design::{Design, parameters};
 use super::goals::{Aim, Goal, Goals, Measure, Moved, Moving, Norm, OfState, Stroke, Wanted};
 use super::motion::at;
@@ -117,8 +117,7 @@ impl<'c> Problem<'c> {
 
     /// Evaluates the design itself. The errors of goals with a limit are negative where it is kept.
     pub(super) fn evaluate_one(&self, x: &[f64]) -> Result<Evaluation, String> {
-        let program = &self.compiled.program;
-        let design = Design::new(program, &self.system, &self.goals.variables, x);
+        let design = self.design(x);
         let mut resting = None;
         let mut constraints = Vec::new();
         let mut goals = Vec::new();
@@ -192,9 +191,11 @@ impl<'c> Problem<'c> {
             | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => self.system.size(),
             Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => 1.0,
             Measure::Stroke(_) => self.system.size(),
-            Measure::Frequency(_) | Measure::Mass(_) | Measure::Energy | Measure::Moving(_) => {
-                wanted.value().abs()
-            }
+            Measure::Frequency(_)
+            | Measure::Stiffness { .. }
+            | Measure::Mass(_)
+            | Measure::Energy
+            | Measure::Moving(_) => wanted.value().abs(),
         };
         let sign = if matches!(wanted, Wanted::AtLeast(_)) { -1.0 } else { 1.0 };
         number.scaled(wanted.value(), sign / scale)
@@ -208,11 +209,12 @@ impl<'c> Problem<'c> {
         resting: &mut Option<Resting>,
     ) -> Result<Number, String> {
         match measure {
-            Measure::Frequency(mode) => self.differences(x, |x| {
-                let design =
-                    Design::new(&self.compiled.program, &self.system, &self.goals.variables, x);
-                frequency(self.compiled, &design.system, mode)
-            }),
+            Measure::Frequency(mode) => {
+                self.differences(x, |x| frequency(self.compiled, &self.design(x).system, mode))
+            }
+            Measure::Stiffness { point, axis } => {
+                self.differences(x, |x| stiffness(self.compiled, &self.design(x), (point, axis)))
+            }
             Measure::Mass(body) => self.differences(x, |x| self.mass(body, &self.parameters(x))),
             Measure::Extent(axis) => {
                 self.differences(x, |x| self.extent(axis, &self.parameters(x)))
@@ -243,6 +245,10 @@ impl<'c> Problem<'c> {
                 })
             }
         }
+    }
+
+    fn design(&self, x: &[f64]) -> Design<'_> {
+        Design::new(&self.compiled.program, &self.system, &self.goals.variables, x)
     }
 
     /// The mechanism as it is drawn at values of the parameters.

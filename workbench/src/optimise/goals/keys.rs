@@ -148,6 +148,12 @@ const MASS: Key = measure(
     "all",
     "The mass of a body by its name, or of `all` bodies that are not fixed.",
 );
+const STIFFNESS: Key = measure(
+    "stiffness",
+    Value::Text,
+    "tip.z",
+    "A small force on a point along an axis over how far the point moves along it, at rest.",
+);
 const EXTENT: Key = measure(
     "extent",
     Value::Word(AXES),
@@ -199,6 +205,7 @@ pub static GOAL: Mapping = Mapping {
         ANGLE_AT_REST,
         POSITION,
         FREQUENCY,
+        STIFFNESS,
         MASS,
         EXTENT,
         ENERGY,
@@ -237,6 +244,7 @@ pub static GOAL: Mapping = Mapping {
             &["angle"],
             &["position"],
             &["frequency"],
+            &["stiffness"],
             &["mass"],
             &["extent"],
             &["energy"],
@@ -377,6 +385,7 @@ pub static CONSTRAINT: Mapping = Mapping {
         ANGLE_AT_REST,
         POSITION,
         FREQUENCY,
+        STIFFNESS,
         MASS,
         EXTENT,
         ENERGY,
@@ -389,6 +398,7 @@ pub static CONSTRAINT: Mapping = Mapping {
         &["angle"],
         &["position"],
         &["frequency"],
+        &["stiffness"],
         &["mass"],
         &["extent"],
         &["energy"],

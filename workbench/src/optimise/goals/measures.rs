@@ -10,8 +10,8 @@ use super::{Measure, Moved, Moving, OfState, Stroke, Wanted};
 use crate::reading::Terms;
 
 /// The keys of measures.
-pub(super) const MEASURES: [&str; 7] =
-    ["angle", "position", "frequency", "mass", "extent", "energy", "stroke"];
+pub(super) const MEASURES: [&str; 8] =
+    ["angle", "position", "frequency", "stiffness", "mass", "extent", "energy", "stroke"];
 /// Makes what a number should be of its value.
 type Kind = fn(f64) -> Wanted;
 /// The word for the mass of all bodies that move.
@@ -23,8 +23,7 @@ impl Reader<'_> {
         let given: Vec<&Entry> = MEASURES.iter().filter_map(|key| fields.entry(key)).collect();
         let [entry] = given.as_slice() else {
             let path = fields.key("path").map_or("", |_| "`path`, ");
-            let measures =
-                "`angle`, `position`, `frequency`, `mass`, `extent`, `energy` and `stroke`";
+            let measures = "`angle`, `position`, `frequency`, `stiffness`, `mass`, `extent`, `energy` and `stroke`";
             self.unless_told(at, known, format!("give one of {path}{measures}"));
             return None;
         };
@@ -42,7 +41,11 @@ impl Reader<'_> {
             Measure::Position { point, axis } => OfState::Position { point, axis },
             Measure::Energy => OfState::Energy(1),
             Measure::Moving(Moving { of, .. }) => of,
-            Measure::Frequency(_) | Measure::Mass(_) | Measure::Extent(_) | Measure::Stroke(_) => {
+            Measure::Frequency(_)
+            | Measure::Stiffness { .. }
+            | Measure::Mass(_)
+            | Measure::Extent(_)
+            | Measure::Stroke(_) => {
                 let key = &entry.key.value;
                 self.wrong(at.key.span, format!("`{key}` does not depend on the time"));
                 return None;
@@ -54,24 +57,18 @@ impl Reader<'_> {
     /// The number of a key, at rest.
     fn measured(&mut self, fields: &Fields, entry: &Entry) -> Option<Measure> {
         let (node, text) = (&entry.value, text(&entry.value));
-        let names = |all: &[String]| all.to_vec();
         match entry.key.value.as_str() {
             "angle" => {
                 let joints = self.interface.joints.iter().map(|joint| joint.name.clone()).collect();
                 self.among(node, text, joints, "joint").map(Measure::Angle)
             }
             "position" => {
-                let Some((point, axis)) = text.rsplit_once('.') else {
-                    self.wrong(node.span, "expected a point and a coordinate, such as `tip.z`");
-                    return None;
-                };
-                let Some(axis) = ["x", "y", "z"].iter().position(|known| *known == axis) else {
-                    self.wrong(node.span, "the coordinate must be `x`, `y` or `z`: `tip.z`");
-                    return None;
-                };
-                let points = names(&self.interface.points);
-                let point = self.among(node, point, points, "point")?;
+                let [point, axis] = self.point_and_axis(node)?;
                 Some(Measure::Position { point, axis })
+            }
+            "stiffness" => {
+                let [point, axis] = self.point_and_axis(node)?;
+                Some(Measure::Stiffness { point, axis })
             }
             "frequency" => {
                 let mode = self.whole(fields, "frequency")?;
@@ -104,6 +101,20 @@ impl Reader<'_> {
         }
     }
 
+    /// A point and an axis: `tip.z`.
+    fn point_and_axis(&mut self, node: &Node) -> Option<[usize; 2]> {
+        let Some((point, axis)) = text(node).rsplit_once('.') else {
+            self.wrong(node.span, "expected a point and a coordinate, such as `tip.z`");
+            return None;
+        };
+        let Some(axis) = ["x", "y", "z"].iter().position(|known| *known == axis) else {
+            self.wrong(node.span, "the coordinate must be `x`, `y` or `z`: `tip.z`");
+            return None;
+        };
+        let points = self.interface.points.clone();
+        Some([self.among(node, point, points, "point")?, axis])
+    }
+
     fn among(&mut self, node: &Node, text: &str, known: Vec<String>, kind: &str) -> Option<usize> {
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
         self.name(node.span, text, &known, kind)
@@ -123,9 +134,10 @@ impl Reader<'_> {
             let Some(value) = self.number_of(measure, node) else { continue };
             // Errors are shares of these numbers.
             let wrong = match measure {
-                Measure::Frequency(_) | Measure::Mass(_) | Measure::Extent(_) => {
-                    (value <= 0.0).then_some("must be more than 0")
-                }
+                Measure::Frequency(_)
+                | Measure::Stiffness { .. }
+                | Measure::Mass(_)
+                | Measure::Extent(_) => (value <= 0.0).then_some("must be more than 0"),
                 Measure::Energy | Measure::Moving(Moving { of: OfState::Energy(_), .. }) => {
                     (value == 0.0).then_some("must not be 0")
                 }
@@ -149,6 +161,7 @@ impl Reader<'_> {
             Measure::Position { .. }
             | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => self.read(node, "m"),
             Measure::Frequency(_) => self.read(node, "Hz"),
+            Measure::Stiffness { .. } => self.read(node, "N/m"),
             Measure::Mass(_) => self.read(node, "kg"),
             Measure::Extent(_) => self.read(node, "m"),
             Measure::Energy | Measure::Moving(_) => self.read(node, "J"),

@@ -113,6 +113,13 @@ pub enum Measure {
     Frequency(usize),
     /// The mass of a body, or of all that move, kg.
     Mass(Option<usize>),
+    /// The stiffness of a point along an axis (0: x, 1: y, 2: z) about the state of rest, N/m.
+    Stiffness {
+        /// The point.
+        point: usize,
+        /// The axis.
+        axis: usize,
+    },
     /// How far the flat drawing extends along x or y (0, 1), m.
     Extent(usize),
     /// The potential energy at rest, J.

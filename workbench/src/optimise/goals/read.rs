@@ -151,7 +151,7 @@ impl Reader<'_> {
         let parameter = self.name(span, &name, &known, "parameter");
         let owner = format!("the parameter `{name}`");
         let fields = Fields::new(&entry.value, span, owner, &VARIABLE, &mut self.found)?;
-        let own = self.own_range(parameter?);
+        let own = self.compiled.numbers.ranges.get(&name).copied();
         let varied = Expression::Parameter(ParameterId(parameter?));
         let joints = &self.compiled.topology.mechanism.joints;
         let mut drives = joints.iter().filter_map(|joint| joint.drive.as_ref());
@@ -193,12 +193,6 @@ impl Reader<'_> {
             self.found.push(error.hint("narrow this range, or widen that of the model"));
         }
         Some(Variable { name, parameter: parameter?, bounds, span })
-    }
-
-    /// The range that a parameter has in the model.
-    fn own_range(&self, parameter: usize) -> Option<[f64; 2]> {
-        let model = self.compiled.model.as_ref()?;
-        Some(model.parameters.get(parameter)?.range.as_ref()?.value)
     }
 
     /// A value of a parameter, SI.

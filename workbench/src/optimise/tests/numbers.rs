@@ -304,3 +304,47 @@ joints:
     let length = problem.parameters(&best.x)[0];
     assert!((length - 0.055).abs() < 1e-7, "{length}");
 }
+
+/// Two rods in a row, bent at rest by the torques of their hinges: the compliance of the tip is that of two springs with
+/// their lever arms, sum of a_i^2/k_i. Along the axes of the hinges the tip cannot move.
+#[test]
+fn the_stiffness_of_a_point_is_that_of_springs_in_a_row() {
+    let model = "
+parameters: { k: { value: 2e-3, range: [1e-3, 4e-3] } }
+bodies:
+  base: { fixed: true }
+  one: { mass: 1 g, com: [0, 0.01, 0], inertia: [[1e-7, 0, 0], [0, 1e-7, 0], [0, 0, 1e-7]] }
+  two: { mass: 1 g, com: [0, 0.03, 0], inertia: [[1e-7, 0, 0], [0, 1e-7, 0], [0, 0, 1e-7]] }
+gravity: [0, 0, 0]
+joints:
+  first: { bodies: [base, one], axis: [[0, 0], [1, 0]], stiffness: k, rest: 0.3 }
+  second: { bodies: [one, two], axis: [[0, 0.02], [1, 0.02]], stiffness: 3e-3, rest: 0.4 }
+points: { tip: { body: two, at: [0, 0.05, 0] } }
+";
+    let compiled = compiled(model);
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { k: {} }
+        goals: { up: { stiffness: tip.z, target: 1 N/m }, along: { stiffness: tip.y, at_least: 2 N/m } }
+        ",
+    );
+    let at = problem.evaluate(&[0.5]).unwrap();
+    let k: f64 = 2.5e-3;
+    // The lever arms about both hinges: how far the tip is from them across the axis.
+    let [first, second] = [0.3_f64, 0.7_f64];
+    let [near, far] = [first.sin_cos(), second.sin_cos()].map(|(sine, cosine)| [cosine, sine]);
+    for (axis, reached) in at.goals.iter().enumerate() {
+        let outer = 0.03 * far[axis];
+        let whole = 0.02 * near[axis] + outer;
+        let expected = 1.0 / (whole * whole / k + outer * outer / 3e-3);
+        assert!((reached.value / expected - 1.0).abs() < 1e-9, "{} {expected}", reached.value);
+        let slope = whole * whole * expected * expected / (k * k) * 3e-3;
+        let found = reached.errors[0][0].slope[0].abs() * [1.0, 2.0][axis];
+        let exceeds = axis == 0 || expected < 2.0;
+        assert!(!exceeds || (found / slope - 1.0).abs() < 1e-6, "{found} {slope}");
+    }
+    let held = "{ parameters: { k: {} }, goals: { it: { stiffness: tip.x, target: 1 N/m } } }";
+    let problem = self::problem(&compiled, held);
+    assert!(problem.evaluate(&[0.5]).unwrap_err().contains("the point cannot move along x"));
+}
