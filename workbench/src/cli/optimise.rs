@@ -120,15 +120,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         if is_interrupted { Failed(EXIT_INTERRUPTED) } else { failed }
     })?;
     let values = problem.parameters(&found.found[found.best].x);
-    let (file, model) = &model;
-    let rewritten = with_parameters(file, model, &values, best);
-    output::write(best, &rewritten.unwrap_or_else(|| to_yaml(&model.at(&values))))?;
-    if let Some(path) = &arguments.png {
-        let before = problem.system.parameters();
-        if let Some(picture) = side_by_side(&problem, &[before, &values]) {
-            output::write(path, &picture.png().map_err(fail)?)?;
-        }
-    }
+    write(arguments, &problem, &model, &values)?;
     let remarks = remarks(&problem, &found);
     if best == "-" {
         return Ok(());
@@ -143,6 +135,23 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return Err(Failed(EXIT_INTERRUPTED));
     }
     Ok(())
+}
+
+/// Writes the model with the best values of all parameters, SI, and the picture that was asked for.
+fn write(
+    arguments: &Arguments,
+    problem: &Problem<'_>,
+    (file, model): &(SourceFile, SourceModel),
+    values: &[f64],
+) -> Outcome {
+    let best = &arguments.output;
+    let rewritten = with_parameters(file, model, values, best);
+    output::write(best, &rewritten.unwrap_or_else(|| to_yaml(&model.at(values))))?;
+    let Some(path) = &arguments.png else { return Ok(()) };
+    match side_by_side(problem, &[problem.system.parameters(), values]) {
+        Some(picture) => output::write(path, &picture.png().map_err(fail)?),
+        None => Ok(()),
+    }
 }
 
 /// The file, and the model as it is in it, in which all variables are declared.

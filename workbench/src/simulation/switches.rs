@@ -35,6 +35,9 @@ const INSTANT: f64 = 1e-12;
 /// Between two samples, functions of time that are not linear are looked at so often.
 const LOOKS: usize = 256;
 
+/// A state that a step passes.
+type Passed = State<Vec<f64>, f64>;
+
 /// The switching functions of a mechanism.
 pub(super) struct Switches {
     /// Of the state.
@@ -80,7 +83,7 @@ impl Switches {
     }
 
     /// The values at a state of the functions of the state.
-    fn at(&self, system: &Jit, state: &State<Vec<f64>, f64>) -> Vec<f64> {
+    fn at(&self, system: &Jit, state: &Passed) -> Vec<f64> {
         self.crossed.values(system, state.t, &state.q, &state.u)
     }
 
@@ -237,7 +240,7 @@ impl Simulation {
         [mut low, mut high]: [f64; 2],
         from: &[f64],
         bisections: usize,
-    ) -> Result<Option<[State<Vec<f64>, f64>; 2]>, Error> {
+    ) -> Result<Option<[Passed; 2]>, Error> {
         let mut before = self.extension(low)?;
         let mut after = self.extension(high)?;
         if !are_crossed(from, &switches.at(&self.system.system, &after)) {
@@ -259,7 +262,7 @@ impl Simulation {
     }
 
     /// The state at a time within the last step, s, or a little after it.
-    pub(super) fn extension(&mut self, t: f64) -> Result<State<Vec<f64>, f64>, Error> {
+    pub(super) fn extension(&mut self, t: f64) -> Result<Passed, Error> {
         match self.method {
             Method::Rodas => self.implicit.between(&self.system, t),
             Method::Rigid { .. } => self.rigid.between(&self.system, &self.state, t),

@@ -4,7 +4,8 @@ use lamc::source::fields::Fields;
 use lamc::source::yaml::{Entry, Node};
 use lamc::source::{Span, read_in};
 
-use super::keys::{AXES, ENERGIES, STROKE};
+use super::keys::{AXES, ENERGIES};
+use super::path_keys::STROKE;
 use super::read::Reader;
 use super::{Measure, Moved, Moving, OfState, Stroke, Wanted};
 use crate::reading::Terms;

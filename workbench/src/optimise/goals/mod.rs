@@ -2,6 +2,7 @@
 
 mod keys;
 mod measures;
+mod path_keys;
 mod paths;
 mod read;
 

@@ -6,8 +6,8 @@ use lamc::source::fields::{Fields, items};
 use lamc::source::yaml::{Content, Entry, Node};
 use lamc::source::{Diagnostic, Diagnostics, SourceFile, codes, has_no_unit, read_in};
 
-use super::keys::{ANSWERS, PATH, PLANES};
 use super::measures::text;
+use super::path_keys::{ANSWERS, PATH, PLANES};
 use super::read::Reader;
 use super::{MOST_POINTS, Path, Target};
 use crate::reading::{MAX_TABLE_BYTES, Table, Terms};

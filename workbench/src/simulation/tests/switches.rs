@@ -104,7 +104,7 @@ fn friction_reverses_with_the_speed() {
 #[test]
 fn surfaces_and_stops_follow_each_other() {
     let fall = (2.0 * 0.3 / 100.0_f64).sqrt();
-    let (top, hit) = (100.0 * fall, (100.0 * (0.6 - 0.4) as f64).sqrt());
+    let (top, hit) = (100.0 * fall, (100.0 * (0.6 - 0.4_f64)).sqrt());
     let beyond = (top - hit) / 100.0;
     let period = 2.0 * (fall + beyond);
     for settings in both(1.0) {
