@@ -17,6 +17,9 @@ use super::{
 };
 
 pub fn run(arguments: &Compile) -> Outcome {
+    if let Some(path) = &arguments.output {
+        is_for_rust(path)?;
+    }
     if !arguments.check {
         let Compile { model, output, c, header, python, fmu, .. } = arguments;
         Paths::default()
@@ -35,6 +38,20 @@ pub fn run(arguments: &Compile) -> Outcome {
         }
     }
     Ok(())
+}
+
+/// Refuses a file for Rust whose name says that it is for something else.
+fn is_for_rust(path: &str) -> Outcome {
+    let options = [("c", "--c"), ("h", "--header"), ("py", "--python"), ("fmu", "--fmu")];
+    let ending = Path::new(path).extension();
+    let other =
+        options.iter().find(|(other, _)| ending.is_some_and(|it| it.eq_ignore_ascii_case(other)));
+    match other {
+        Some((_, option)) => Err(misused(format_args!(
+            "--output writes Rust, and `{path}` does not end in .rs: for this file write `{option} {path}`"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// All requested files with their contents; all are generated before the first is written.

@@ -132,6 +132,12 @@ pub fn describe(error: &Error, interface: &Interface) -> String {
         Error::NotDriven { joint } | Error::NotFinite { joint } => Some(joint),
         _ => None,
     };
+    if let Error::NotFinite { joint } = *error
+        && joint >= interface.joints.len()
+        && let Some((speed, _)) = interface.speed_columns().nth(joint)
+    {
+        return format!("`{speed}` has a value that is not finite");
+    }
     if let Error::MassMatrix { joint } = *error
         && let Some((speed, _)) = interface.speed_columns().nth(joint)
     {
@@ -145,5 +151,22 @@ pub fn describe(error: &Error, interface: &Interface) -> String {
     match joint.and_then(|joint| interface.joints.get(joint)) {
         Some(joint) => format!("{error} (`{}`)", joint.name),
         None => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lamc::program::{FreeBodyInfo, JointInfo};
+
+    use super::*;
+
+    #[test]
+    fn a_speed_of_a_free_body_has_its_name() {
+        let joint = JointInfo { name: "hinge".into(), ..JointInfo::default() };
+        let hull = FreeBodyInfo { name: "hull".into(), q: [0.0; 7], u: [0.0; 6] };
+        let interface = Interface { joints: vec![joint], free: vec![hull], ..Interface::default() };
+        let said = |joint| describe(&Error::NotFinite { joint }, &interface);
+        assert_eq!(said(0), "joint 0 has a value that is not finite (`hinge`)");
+        assert_eq!(said(2), "`hull.vy` has a value that is not finite");
     }
 }

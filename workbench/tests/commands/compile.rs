@@ -62,10 +62,13 @@ fn c_is_written_with_its_header_or_not_at_all() {
         vec![&model, "--c", &c, "--header", &c],
         vec![&model, "--c", &c, "--header", &odd],
         vec![&model, "--header", &h, "--extern-c"],
+        vec![&model, "-o", &c, "--extern-c", "--header", &h],
         vec![&model],
     ] {
         assert_eq!(run(&arguments).status.code(), Some(2), "{arguments:?}");
     }
+    let refused = text(&run(&[&model, "-o", &c]).stderr);
+    assert!(refused.contains(&format!("for this file write `--c {c}`")), "{refused}");
     let failed = run(&[&model, "--c", &c, "--header", &h, "--cut", "hip"]);
     assert_eq!(failed.status.code(), Some(1));
     assert!(text(&failed.stderr).contains("there is no joint `hip`"));
