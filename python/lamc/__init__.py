@@ -16,7 +16,7 @@ from ._events import Crossings, Event
 from ._lamc import Error
 from ._model import Model, load
 from ._motion import Motion, SimulationError
-from ._results import Equations, Equilibrium, Fit, Jacobian, Modes
+from ._results import Control, Equations, Equilibrium, Fit, Jacobian, Modes
 from ._sweep import Sweep, sweep
 
 __version__ = version("lamc")
@@ -24,6 +24,7 @@ __version__ = version("lamc")
 __all__ = [
     "Course",
     "Crossings",
+    "Control",
     "Equations",
     "Equilibrium",
     "Error",

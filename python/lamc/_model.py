@@ -17,7 +17,7 @@ from ._arguments import count, names, number, numbers, positive, whole
 from ._course import Course
 from ._events import EventLike, requests
 from ._motion import Motion, SimulationError, frame
-from ._results import Equations, Equilibrium, Fit, Jacobian, Modes
+from ._results import Control, Equations, Equilibrium, Fit, Jacobian, Modes
 
 Array = NDArray[np.float64]
 Controller = Callable[[float, Array, Array], "Sequence[float] | Mapping[str, float] | Array | float"]
@@ -114,6 +114,10 @@ class Model:
         """Contact points: the contact, then the point or the body and its corner."""
         self.inputs: list[str] = about["inputs"]
         """Inputs, in the order of input arrays."""
+        self.commanded: list[str] = about["commanded"]
+        """The inputs that controllers drive."""
+        self.memory: dict[str, float] = dict(about["memory"])
+        """What controllers remember, ``controller.name``, with the first values."""
         self.parameters: dict[str, float] = about["parameters"]
         """Parameters with their values, SI."""
         self.loops: list[str] = about["loops"]
@@ -241,6 +245,33 @@ class Model:
         """Returns kinetic and potential energy (2), J."""
         states, several = self._states(q, u, t, inputs)
         return _shaped(self._native.energy(states)[0], states, several, 2)
+
+    def control(
+        self, q: ArrayLike, u: ArrayLike | None = None, t: ArrayLike = 0.0, memory: ArrayLike | None = None
+    ) -> Control:
+        """Returns what the controllers of the model command when they sample in these states, as the function ``control`` of
+        modules does. Delays and different rates are up to the caller; :meth:`simulate` takes care of them.
+
+        Args:
+            memory: What they remember, in the order of :attr:`memory`, once or for each state; the first values if left out.
+
+        Raises:
+            Error: The model has no controllers.
+        """
+        if not self.commanded:
+            raise _lamc.Error(f"`{self.name}` has no controllers")
+        states, several = self._states(q, u, t, None)
+        kept = numbers("memory", list(self.memory.values()) if memory is None else memory)
+        shape = (len(states[0]), len(self.memory))
+        try:
+            rows = np.ascontiguousarray(np.broadcast_to(kept, shape))
+        except ValueError:
+            raise _lamc.Error(f"`memory` has the shape {kept.shape}, not ({shape[1]},) or {shape}") from None
+        commands, after = self._native.control(states, rows)
+        return Control(
+            _shaped(commands, states, several, len(self.commanded)),
+            _shaped(after, states, several, len(self.memory)),
+        )
 
     def momentum(self, q: ArrayLike, u: ArrayLike) -> Array:
         """Returns the centre of mass of all moving bodies, m, their linear momentum, kg m/s, and their angular momentum about

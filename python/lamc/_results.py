@@ -48,6 +48,16 @@ class Jacobian:
 
 
 @dataclass(frozen=True)
+class Control:
+    """What controllers do when they sample. A leading axis is that of the states, if there were several."""
+
+    commands: Array
+    """The inputs :attr:`Model.commanded` (K), SI. Of an input that is switched (``pwm``), its mean."""
+    memory: Array
+    """What they remember then, in the order of :attr:`Model.memory`."""
+
+
+@dataclass(frozen=True)
 class Equilibrium:
     """A state of rest."""
 

@@ -106,6 +106,13 @@ impl Program {
         about.set_item("points", &interface.points)?;
         about.set_item("contacts", &interface.contacts)?;
         about.set_item("inputs", &interface.inputs)?;
+        let memory = interface.controllers.iter().flat_map(|controller| {
+            let named = |(name, first): &(String, f64)| (format!("{}.{name}", controller.name), *first);
+            controller.memory.iter().map(named).collect::<Vec<_>>()
+        });
+        about.set_item("memory", memory.collect::<Vec<_>>())?;
+        let commanded = interface.commands().map(|input| &interface.inputs[input.index()]);
+        about.set_item("commanded", commanded.collect::<Vec<_>>())?;
         about.set_item("loops", &interface.loops)?;
         about.set_item("mobility", interface.mobility)?;
         about.set_item("rank", interface.rank)?;

@@ -2,7 +2,7 @@
 
 use lamc_runtime::plumbing::{Balance, EquationsMut};
 use lamc_runtime::{
-    Change, Error as RuntimeError, JacobianMut, Mechanism as _, Rk4, acceleration_and_forces,
+    Change, Controlled as _, Error as RuntimeError, JacobianMut, Mechanism as _, Rk4, acceleration_and_forces,
     derivatives_along, jacobian, project,
 };
 use lamc_workbench::execution::Jit;
@@ -293,6 +293,31 @@ impl Program {
             let numbers = [found.centre, found.linear, found.angular];
             out[0][state.row * 9..][..9].copy_from_slice(numbers.as_flattened());
             Ok(())
+        })
+    }
+
+    /// What controllers command, and what they remember at their next sample; `memory` is what they remember now, a row for
+    /// each state.
+    fn control<'py>(
+        &self,
+        py: Python<'py>,
+        states: States<'py>,
+        memory: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Outputs<'py>> {
+        let system = self.system();
+        let (kept, count) = (system.memory().len(), system.commands().len());
+        let memory = memory.as_slice()?;
+        let expected = kept * states.t.len()?;
+        if memory.len() != expected {
+            let given = memory.len();
+            return Err(error(format_args!("`memory` has {given} numbers, not {expected}")));
+        }
+        each(py, self, &states, &[count, kept], |system, state, _, out| {
+            let [commands, next] = out else { return Ok(()) };
+            let State { row, t, q, u } = *state;
+            let next = &mut next[row * kept..][..kept];
+            let commands = &mut commands[row * count..][..count];
+            Ok(system.write_control(t, q, u, &memory[row * kept..][..kept], next, commands)?)
         })
     }
 
