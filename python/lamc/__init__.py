@@ -22,9 +22,9 @@ from ._sweep import Sweep, sweep
 __version__ = version("lamc")
 
 __all__ = [
+    "Control",
     "Course",
     "Crossings",
-    "Control",
     "Equations",
     "Equilibrium",
     "Error",

@@ -107,7 +107,8 @@ impl Program {
         about.set_item("contacts", &interface.contacts)?;
         about.set_item("inputs", &interface.inputs)?;
         let memory = interface.controllers.iter().flat_map(|controller| {
-            let named = |(name, first): &(String, f64)| (format!("{}.{name}", controller.name), *first);
+            let named =
+                |(name, first): &(String, f64)| (format!("{}.{name}", controller.name), *first);
             controller.memory.iter().map(named).collect::<Vec<_>>()
         });
         about.set_item("memory", memory.collect::<Vec<_>>())?;

@@ -2,8 +2,8 @@
 
 use lamc_runtime::plumbing::{Balance, EquationsMut};
 use lamc_runtime::{
-    Change, Controlled as _, Error as RuntimeError, JacobianMut, Mechanism as _, Rk4, acceleration_and_forces,
-    derivatives_along, jacobian, project,
+    Change, Controlled as _, Error as RuntimeError, JacobianMut, Mechanism as _, Rk4,
+    acceleration_and_forces, derivatives_along, jacobian, project,
 };
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
