@@ -79,7 +79,9 @@ fn killed_at_twenty_random_moments_the_file_is_the_same() {
     }
     let said = succeeds(&sweep(&inputs, &killed, &["--resume"]));
     assert!(fs::read(&killed).unwrap() == expected, "after {finished} others: {said}");
-    assert_eq!(files(&folder).len(), 4);
+    // A process that is killed while it writes cannot remove its temporary file.
+    let left = files(&folder).into_iter().filter(|name| !name.starts_with(".lamc-"));
+    assert_eq!(left.count(), 4);
 }
 
 #[test]
