@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_are_not_found_from_there_are_in_the_way() {
+    fn a_text_that_would_be_another_model_is_none() {
         let text = format!("parameters: {{ m: 3 g, l: 20 mm, k: 0.01, d: 0 }}\n{REST}");
         let file = SourceFile { path: "arm.yaml".into(), text };
         let (mut model, _) = parse(&file).unwrap();

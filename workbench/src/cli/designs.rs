@@ -1,12 +1,12 @@
 //! A mechanism before and after an optimisation, as one picture.
 
-use lamc_runtime::{Mechanism as _, assemble, equilibrium};
 use lamc_workbench::motion::Motion;
 use lamc_workbench::optimise::Problem;
 use lamc_workbench::optimise::goals::{Aim, Measure};
 use lamc_workbench::picture::{Picture, Renderer, View};
+use lamc_workbench::rest::settle;
 use lamc_workbench::scene::{Moment, Scene};
-use lamc_workbench::simulation::{Settings, Simulation};
+use lamc_workbench::simulation::{Asked, Settings, Simulation, start};
 
 /// Width and height of one of both, pixels.
 const SIZE: [usize; 2] = [640, 560];
@@ -31,17 +31,14 @@ fn shown(problem: &Problem<'_>, values: &[f64]) -> Option<(Scene, Motion)> {
     for (name, value) in names.iter().zip(values) {
         system.set_parameter(name, *value).ok()?;
     }
-    let mut state = system.initial();
-    let joints = 0..system.dimensions().joints;
-    let pinned: Vec<bool> = joints.map(|joint| system.is_pinned(joint)).collect();
-    assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace()).ok()?;
+    let topology = problem.compiled.topology_at(values).ok()?;
+    let mut state = start(&topology, &system, &Asked::of(&system, &[]), |_| ()).ok()?;
     if is_about_rest(problem) {
-        equilibrium(&system, 0.0, &mut state.q, &mut system.workspace()).ok()?;
+        settle(&system, &mut state).ok()?;
     }
     state.u.fill(0.0);
     let mut still = Simulation::new(system, state, None, &Settings::default()).ok()?;
     still.run([0.0], || false, |_| ()).ok()?;
-    let topology = problem.compiled.topology_at(values).ok()?;
     Some((Scene::new(&topology.mechanism), still.motion().clone()))
 }
 
