@@ -1,5 +1,5 @@
-//! What a free base costs: the time of an acceleration of the six-bar with a fixed and with a free base, in turns.
-//! `bash tests/peers/bench` writes the modules; `cargo bench --bench cost` runs this. A time is the median of the rounds,
+//! What a free base costs, and what a drawing costs whose lengths are parameters: the times of an acceleration of two
+//! modules, in turns. `bash tests/peers/bench` writes the modules; `cargo bench --bench cost` runs this. A time is the median of the rounds,
 //! and the ratio is the median of the rounds' ratios.
 
 #[path = "../src/uniform.rs"]
@@ -19,13 +19,15 @@ macro_rules! modules {
 
 modules! {
     sixbar "../../target/peers/bench/sixbar.rs",
-    free_sixbar "../../target/peers/bench/free_sixbar.rs"
+    free_sixbar "../../target/peers/bench/free_sixbar.rs",
+    plates "../../target/peers/bench/sixbar_plates.rs",
+    fixed_plates "../../target/peers/bench/fixed_plates.rs"
 }
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use lamc_runtime::{Mechanism, StateOf, project};
+use lamc_runtime::{Mechanism, StateOf, acceleration, project};
 use uniform::Random;
 
 const ROUNDS: usize = 61;
@@ -64,26 +66,41 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-fn main() {
-    let fixed = sixbar::Sixbar::default();
-    let free = free_sixbar::Sixbar::default();
-    let (of_fixed, of_free) = (states(&fixed), states(&free));
-    let fixed = |k: usize| {
-        let state = black_box(&of_fixed[k]);
-        black_box(fixed.acceleration(0.0, &state.q, &state.u).expect("it is regular"));
-    };
-    let free = |k: usize| {
-        let state = black_box(&of_free[k]);
-        black_box(free.acceleration(0.0, &state.q, &state.u).expect("it is regular"));
-    };
+/// Compares two modules.
+fn compare<A, B>([name_a, name_b]: [&str; 2], a: &A, b: &B)
+where
+    A: Mechanism<Scalar = f64>,
+    B: Mechanism<Scalar = f64>,
+{
+    let (of_a, of_b) = (states(a), states(b));
     let mut times = [Vec::new(), Vec::new()];
     for round in 0..ROUNDS {
         let first = round % 2;
         for which in [first, 1 - first] {
-            times[which].push(if which == 0 { batch(fixed) } else { batch(free) });
+            times[which].push(if which == 0 { time(a, &of_a) } else { time(b, &of_b) });
         }
     }
-    let ratios = times[0].iter().zip(&times[1]).map(|(fixed, free)| free / fixed).collect();
-    let [fixed, free] = times.map(median);
-    println!("fixed {fixed:.0} ns, free {free:.0} ns, ratio {:.2}", median(ratios));
+    let ratios = times[0].iter().zip(&times[1]).map(|(a, b)| b / a).collect();
+    let [a, b] = times.map(median);
+    println!("{name_a} {a:.0} ns, {name_b} {b:.0} ns, ratio {:.2}", median(ratios));
+}
+
+/// Nanoseconds of an acceleration.
+fn time<M: Mechanism<Scalar = f64>>(model: &M, states: &[StateOf<M>]) -> f64 {
+    let (mut rates, mut workspace) = (model.speeds(), model.workspace());
+    batch(|k| {
+        let StateOf::<M> { t, q, u } = black_box(&states[k]);
+        let out = rates.as_mut();
+        acceleration(model, *t, q.as_ref(), u.as_ref(), workspace.as_mut(), out)
+            .expect("it is regular");
+        black_box(out);
+    })
+}
+
+fn main() {
+    let (fixed, free) = (sixbar::Sixbar::default(), free_sixbar::Sixbar::default());
+    compare(["fixed base", "free base"], &fixed, &free);
+    let fixed = fixed_plates::SixbarPlates::default();
+    let plates = plates::SixbarPlates::default();
+    compare(["fixed lengths", "lengths as parameters"], &fixed, &plates);
 }

@@ -26,6 +26,6 @@ mod tape;
 mod tests;
 
 pub use differentiated::{Adjoints, Differentiated, Undifferentiable};
-pub use motion::{Course, Gradient, Schedule, Slopes};
+pub use motion::{Course, Gradient, Sample, Schedule, Slopes};
 pub use reverse::Layout;
 pub use steps::Method;

@@ -16,7 +16,7 @@ const MOST_NUMBERS: usize = 8_000_000;
 pub const MOST_STEPS: usize = 4096;
 
 /// The state of a motion.
-type Sample = State<Vec<f64>, f64>;
+pub type Sample = State<Vec<f64>, f64>;
 
 /// What is integrated.
 #[derive(Clone, Copy, Debug)]

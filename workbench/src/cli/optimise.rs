@@ -315,9 +315,13 @@ fn shown(measure: Measure) -> (f64, &'static str) {
         }
         Measure::Position { .. }
         | Measure::Extent(_)
+        | Measure::Clearance(_)
         | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => (1e3, "mm"),
         Measure::Frequency(_) => (1.0, "Hz"),
         Measure::Stiffness { .. } => (1.0, "N/m"),
+        Measure::Torque(_) => (1e3, "mN m"),
+        Measure::Force(_) => (1.0, "N"),
+        Measure::Settle(_) => (1.0, "s"),
         Measure::Mass(_) => (1e3, "g"),
         Measure::Energy | Measure::Moving(_) => (1e3, "mJ"),
         Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => (1_f64.to_degrees(), "deg"),

@@ -9,6 +9,7 @@ use geo::{Coord, LineString, Polygon, TriangulateEarcut};
 use lamc::laminate::{Mechanism, Sheet};
 use nalgebra::{Matrix3, Vector3};
 
+use super::gap::gap;
 use crate::motion::Pose;
 use crate::scene::Placement;
 
@@ -16,7 +17,7 @@ use crate::scene::Placement;
 const TOUCH: f64 = 1e-4;
 
 /// A triangle in space, m.
-type Triangle = [Vector3<f64>; 3];
+pub(super) type Triangle = [Vector3<f64>; 3];
 
 /// The facets of a sheet.
 pub struct Facets {
@@ -58,18 +59,7 @@ impl Facets {
 
     /// Returns the pairs of bodies that pass through each other at these poses.
     pub fn crossing(&self, poses: &[Pose]) -> Vec<[usize; 2]> {
-        let placed: Vec<Vec<Triangle>> = self
-            .triangles
-            .iter()
-            .enumerate()
-            .map(|(body, triangles)| {
-                let placement = Placement::of(poses, body);
-                triangles
-                    .iter()
-                    .map(|triangle| triangle.map(|corner| placement.apply(&corner)))
-                    .collect()
-            })
-            .collect();
+        let placed = self.placed(poses);
         let mut boxes: Vec<(usize, [Vector3<f64>; 2])> = Vec::new();
         for (body, triangles) in placed.iter().enumerate() {
             let mut corners = triangles.iter().flatten();
@@ -96,6 +86,34 @@ impl Facets {
         }
         found.sort_unstable();
         found
+    }
+
+    /// Returns the least distance of two bodies, or of any two that do not share a hinge, m: negative where they pass through
+    /// each other, then minus the way by which two of their triangles come apart. `None` where there are no two.
+    pub fn clearance(&self, poses: &[Pose], between: Option<[usize; 2]>) -> Option<f64> {
+        let placed = self.placed(poses);
+        let count = placed.len();
+        let pairs: Vec<[usize; 2]> = match between {
+            Some(pair) => vec![pair],
+            None => (0..count)
+                .flat_map(|one| (one + 1..count).map(move |other| [one, other]))
+                .filter(|pair| !self.neighbours.contains(pair))
+                .collect(),
+        };
+        let triangles = pairs.iter().flat_map(|[one, other]| {
+            placed[*one].iter().flat_map(|a| placed[*other].iter().map(move |b| gap(a, b)))
+        });
+        triangles.reduce(f64::min)
+    }
+
+    /// The triangles of each body at these poses.
+    fn placed(&self, poses: &[Pose]) -> Vec<Vec<Triangle>> {
+        let each = self.triangles.iter().enumerate().map(|(body, triangles)| {
+            let placement = Placement::of(poses, body);
+            let placed = |triangle: &Triangle| triangle.map(|corner| placement.apply(&corner));
+            triangles.iter().map(placed).collect()
+        });
+        each.collect()
     }
 
     fn cross(&self, one: &[Triangle], other: &[Triangle]) -> bool {

@@ -19,6 +19,7 @@
 mod chain;
 mod contact;
 mod depart;
+mod gap;
 mod path;
 mod state;
 mod system;

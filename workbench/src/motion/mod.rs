@@ -161,7 +161,7 @@ impl Motion {
             energy: system.energy(t, &q, &u)?,
             closure: largest(&residual),
             points: system.points(&q)?.as_ref().to_vec(),
-            poses: system.poses(&q)?.as_ref().iter().map(pose).collect(),
+            poses: system.poses(&q)?.as_ref().iter().map(Pose::from).collect(),
             contacts,
             tensions: Vec::new(),
             inputs: Vec::new(),
@@ -172,8 +172,10 @@ impl Motion {
     }
 }
 
-/// Twelve numbers as a pose: R row-major, then p.
-fn pose(numbers: &[f64; 12]) -> Pose {
-    let [a, b, c, d, e, f, g, h, i, translation @ ..] = *numbers;
-    Pose { rotation: [[a, b, c], [d, e, f], [g, h, i]], translation }
+impl From<&[f64; 12]> for Pose {
+    /// R row-major, then p.
+    fn from(numbers: &[f64; 12]) -> Self {
+        let [a, b, c, d, e, f, g, h, i, translation @ ..] = *numbers;
+        Self { rotation: [[a, b, c], [d, e, f], [g, h, i]], translation }
+    }
 }

@@ -9,22 +9,23 @@
 //!
 //! Joints on their stops, and those whose angle is prescribed, stay where they are: for each there is one more row in J.
 
-use lamc::arithmetic::largest;
 use lamc::pipeline::Compiled;
 use lamc::program::FunctionKind;
 use lamc_runtime::Mechanism as _;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 use super::design::{Along, Design};
+use super::goals::OfState;
+use super::number::{Number, length};
+use super::ties::Ties;
 use crate::execution::Jit;
-use crate::rest::{Rest, settle};
+use crate::rest::settle;
 use crate::simulation::{Asked, describe, start};
 
 /// A joint that is this near to a stop rests on it, rad.
 const ON_STOP: f64 = 1e-9;
-/// Eigenvalues of J^T J below this share of the largest are rounding errors: singular values below 1e-6 of the largest.
-const SINGULAR: f64 = 1e-12;
-const ISOLATED: &str = "the state of rest is not isolated";
+/// Why the design does not determine a state of rest.
+pub const ISOLATED: &str = "the state of rest is not isolated";
 
 /// A state of rest.
 #[derive(Clone, Debug)]
@@ -33,6 +34,25 @@ pub struct Resting {
     pub q: Vec<f64>,
     /// Their derivatives by the variables, NQ x K.
     pub follows: DMatrix<f64>,
+    /// J of the residuals of the loops, with a row for each joint that is held.
+    pub closure: Ties,
+    /// The forces.
+    pub balance: Balance,
+    /// The joints on their stops, and those whose angle is prescribed.
+    pub held: Vec<usize>,
+}
+
+/// f + J^T lambda = 0, and its derivatives at constant lambda.
+#[derive(Clone, Debug)]
+pub struct Balance {
+    /// J as it is in the equations of motion, with a row for each joint that is held.
+    pub ties: Ties,
+    /// lambda, by row.
+    pub multipliers: DVector<f64>,
+    /// g_x, NU x K.
+    pub by_design: DMatrix<f64>,
+    /// g_q, NU x NU.
+    pub by_state: DMatrix<f64>,
 }
 
 /// The state of rest that `lamc equilibrium` finds.
@@ -40,109 +60,71 @@ pub struct Resting {
 /// # Errors
 /// There is none near the initial state, or it is not isolated; the text says so.
 pub fn rest(compiled: &Compiled, design: &Design<'_>) -> Result<Resting, String> {
-    let q = settled(compiled, &design.system)?;
-    let follows = follows(design, &q)?;
-    Ok(Resting { q, follows })
-}
-
-/// The coordinates at rest.
-fn settled(compiled: &Compiled, system: &Jit) -> Result<Vec<f64>, String> {
-    let asked = Asked::of(system, &[]);
-    let mut state = start(&compiled.topology, system, &asked, |_| ())?;
+    let system = &design.system;
+    let mut state = start(&compiled.topology, system, &Asked::of(system, &[]), |_| ())?;
     settle(system, &mut state)
         .map_err(|error| format!("no state of rest: {}", describe(&error, system.interface())))?;
-    Ok(state.q)
-}
-
-/// The stiffness of a point along an axis about the state of rest, N/m: a small force along it over how far the point
-/// moves along it,
-///
-/// ```text
-/// 1/k = p_z (-N^T g_q N)^-1 p_z^T,   p_z = dp/dq N.
-/// ```
-///
-/// # Errors
-/// As [`rest`]; or the point cannot move along the axis.
-pub fn stiffness(
-    compiled: &Compiled,
-    design: &Design<'_>,
-    (point, axis): (usize, usize),
-) -> Result<f64, String> {
-    let q = settled(compiled, &design.system)?;
-    let Tangent { free, by_state, .. } = Tangent::at(design, &q)?;
-    let none = || format!("the point cannot move along {}", ["x", "y", "z"][axis]);
-    if free.is_empty() {
-        return Err(none());
-    }
-    let moves = free.column_iter().map(|direction| {
-        let direction = DMatrix::from_column_slice(direction.len(), 1, direction.as_slice());
-        design.point_along(point, &q, &direction).1[axis]
-    });
-    let moves = DVector::from_iterator(free.ncols(), moves);
-    let stiffness = -(free.transpose() * by_state * &free);
-    let yields = stiffness.lu().solve(&moves).ok_or(ISOLATED)?;
-    let compliance = moves.dot(&yields);
-    // Of a radian the point moves by so much, at most, that it is more than rounding.
-    let is_held = moves.amax() <= SINGULAR * design.system.size();
-    if is_held { Err(none()) } else { Ok(1.0 / compliance) }
-}
-
-/// The natural frequency of a mode about the state of rest, Hz.
-///
-/// # Errors
-/// As [`rest`]; or there are fewer modes.
-pub fn frequency(compiled: &Compiled, system: &Jit, mode: usize) -> Result<f64, String> {
-    let asked = Asked::of(system, &[]);
-    let state = start(&compiled.topology, system, &asked, |_| ())?;
-    let rest = Rest::new(&compiled.topology.mechanism, system.clone(), state)
-        .map_err(|error| format!("no state of rest: {}", describe(&error, system.interface())))?;
-    let found = rest.motions.modes.get(mode).map(|mode| mode.frequency);
-    found.ok_or_else(|| format!("the state of rest has no mode {}", mode + 1))
-}
-
-/// The directions and the derivatives of the forces at a state of rest.
-struct Tangent {
-    /// d, by variable.
-    closing: DMatrix<f64>,
-    /// N.
-    free: DMatrix<f64>,
-    /// g_x.
-    by_design: DMatrix<f64>,
-    /// g_q.
-    by_state: DMatrix<f64>,
-}
-
-impl Tangent {
-    fn at(design: &Design<'_>, q: &[f64]) -> Result<Self, String> {
-        let system = &design.system;
-        let dimensions = system.dimensions();
-        let (n, variables) = (dimensions.speeds, design.variables());
-        let held = held(system, q);
-        // The closure, and a row for each joint that is held.
-        let loops = 9 * dimensions.loops;
-        let (mut residual, mut jacobian) = (vec![0.0; loops], vec![0.0; loops * n]);
-        system.write_closure(q, &mut residual, &mut jacobian).map_err(|error| error.to_string())?;
-        let mut rows = DMatrix::zeros(loops + held.len(), n);
-        rows.view_mut((0, 0), (loops, n)).copy_from(&DMatrix::from_row_slice(loops, n, &jacobian));
-        held.iter().enumerate().for_each(|(row, joint)| rows[(loops + row, *joint)] = 1.0);
-        let mut by_design = DMatrix::zeros(loops + held.len(), variables);
-        by_design.view_mut((0, 0), (loops, variables)).copy_from(&design.closure(q));
-        let (closing, free) = split(&rows, &by_design);
-        let (by_design, by_state) = imbalance(design, q, &held);
-        Ok(Self { closing, free, by_design, by_state })
-    }
-}
-
-/// The derivatives of the coordinates at rest by the variables.
-fn follows(design: &Design<'_>, q: &[f64]) -> Result<DMatrix<f64>, String> {
-    let Tangent { closing, free, by_design, by_state } = Tangent::at(design, q)?;
-    let stiffness = free.transpose() * &by_state * &free;
-    let load = free.transpose() * (by_design + by_state * &closing);
+    let q = state.q;
+    let held = held(system, &q);
+    let closure = closure(design, &q, &held)?;
+    let balance = Balance::at(design, &q, &held);
+    let loops = 9 * system.dimensions().loops;
+    let residuals = design.closure(&q).resize_vertically(loops + held.len(), 0.0);
+    let closing = -closure.along(&residuals);
+    let free = &closure.free;
+    let stiffness = free.transpose() * &balance.by_state * free;
+    let load = free.transpose() * (&balance.by_design + &balance.by_state * &closing);
     let moved = match free.ncols() {
         0 => DMatrix::zeros(0, design.variables()),
         _ => stiffness.lu().solve(&-load).ok_or(ISOLATED)?,
     };
-    Ok(closing + free * moved)
+    let follows = closing + free * moved;
+    Ok(Resting { q, follows, closure, balance, held })
+}
+
+impl Resting {
+    /// An angle or a position at rest, rad or m, or the potential energy, J.
+    pub fn number(&self, design: &Design<'_>, of: OfState) -> Number {
+        let Self { q, follows, .. } = self;
+        match of {
+            OfState::Position { point, axis } => {
+                let (at, moves) = design.point(point, q, follows);
+                Number { value: at[axis], slope: moves.row(axis).into_owned() }
+            }
+            OfState::Angle(joint) => {
+                Number { value: q[joint], slope: follows.row(joint).into_owned() }
+            }
+            OfState::Energy(_) => design.potential(q, follows),
+        }
+    }
+
+    /// How lambda follows the design, ROWS x K: J^T dlambda = -(g_x + g_q dq/dx).
+    fn multipliers(&self) -> DMatrix<f64> {
+        let Balance { ties, by_design, by_state, .. } = &self.balance;
+        -ties.multipliers(&(by_design + by_state * &self.follows))
+    }
+
+    /// The torque that holds a joint, N m; 0 for a joint that is not held.
+    pub fn torque(&self, joint: usize) -> Number {
+        let follows = self.multipliers();
+        let Some(place) = self.held.iter().position(|held| *held == joint) else {
+            return Number::constant(0.0, follows.ncols());
+        };
+        let row = follows.nrows() - self.held.len() + place;
+        Number { value: self.balance.multipliers[row], slope: follows.row(row).into_owned() }
+    }
+
+    /// The force that a hinge transmits, N.
+    pub fn force(&self, design: &Design<'_>, joint: usize) -> Number {
+        let known = (self.balance.multipliers.as_slice(), &self.multipliers());
+        let found = design.reactions(&self.q, &self.follows, known);
+        let part = |axis: usize| {
+            let number = 6 * joint + axis;
+            let slope = RowDVector::from_row_slice(found.row(number));
+            Number { value: found.values[number], slope }
+        };
+        length(&[0, 1, 2].map(part))
+    }
 }
 
 /// The joints on their stops, and those whose angle is prescribed.
@@ -156,57 +138,74 @@ fn held(system: &Jit, q: &[f64]) -> Vec<usize> {
     held.map(|(joint, _)| joint).collect()
 }
 
-/// d of J d = -r_x with the smallest length, and a basis of the directions with J N = 0.
-fn split(rows: &DMatrix<f64>, by_design: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
-    let n = rows.ncols();
-    let eigen = (rows.transpose() * rows).symmetric_eigen();
-    let largest = largest(&eigen.eigenvalues);
-    let is_free = |index: &usize| eigen.eigenvalues[*index] <= SINGULAR * largest;
-    let (free, across): (Vec<usize>, Vec<usize>) = (0..n).partition(is_free);
-    let load = rows.transpose() * by_design;
-    let mut closing = DMatrix::zeros(n, by_design.ncols());
-    for index in across {
-        let direction = eigen.eigenvectors.column(index);
-        closing -= direction * (direction.transpose() * &load) / eigen.eigenvalues[index];
-    }
-    (closing, eigen.eigenvectors.select_columns(&free))
+/// J of the residuals of the loops, with a row for each joint that is held.
+fn closure(design: &Design<'_>, q: &[f64], held: &[usize]) -> Result<Ties, String> {
+    let dimensions = design.system.dimensions();
+    let (n, loops) = (dimensions.speeds, 9 * dimensions.loops);
+    let (mut residual, mut jacobian) = (vec![0.0; loops], vec![0.0; loops * n]);
+    let written = design.system.write_closure(q, &mut residual, &mut jacobian);
+    written.map_err(|error| error.to_string())?;
+    Ok(Ties::new(with_held(&jacobian, n, held)))
 }
 
-/// The derivatives of f + J^T lambda by the variables and by q.
-fn imbalance(design: &Design<'_>, q: &[f64], held: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
-    let dimensions = design.system.dimensions();
-    let (n, rows, variables) = (dimensions.speeds, dimensions.rows, design.variables());
-    let directions = variables + n;
-    let mut moves = DMatrix::zeros(n, directions);
-    moves.view_mut((0, variables), (n, n)).fill_with_identity();
-    let along = Along { directions, varies: true, follows: Some(&moves) };
-    let found = design.evaluate(FunctionKind::Equations, q, along);
-    // M, f, J, gamma: as in the signature.
-    let (force, jacobian) = (n * n, n * n + n);
-    let forces = DVector::from_column_slice(&found.values[force..jacobian]);
-    // J^T with a column for each joint that is held.
-    let mut transposed = DMatrix::zeros(n, rows + held.len());
-    for row in 0..rows {
-        (0..n)
-            .for_each(|joint| transposed[(joint, row)] = found.values[jacobian + row * n + joint]);
+/// Rows of J, one after the other, and below them a row for each joint that is held.
+fn with_held(jacobian: &[f64], n: usize, held: &[usize]) -> DMatrix<f64> {
+    let rows = jacobian.len() / n.max(1);
+    let mut all = DMatrix::zeros(rows + held.len(), n);
+    all.view_mut((0, 0), (rows, n)).copy_from(&DMatrix::from_row_slice(rows, n, jacobian));
+    held.iter().enumerate().for_each(|(row, joint)| all[(rows + row, *joint)] = 1.0);
+    all
+}
+
+impl Balance {
+    fn at(design: &Design<'_>, q: &[f64], held: &[usize]) -> Self {
+        let dimensions = design.system.dimensions();
+        let (n, variables) = (dimensions.speeds, design.variables());
+        let directions = variables + n;
+        let mut moves = DMatrix::zeros(n, directions);
+        moves.view_mut((0, variables), (n, n)).fill_with_identity();
+        let found = design.evaluate(FunctionKind::Equations, q, Along::variables(&moves));
+        let parts = Parts::of(design);
+        let force = DMatrix::from_column_slice(n, 1, &found.values[parts.force..parts.jacobian]);
+        let jacobian = &found.values[parts.jacobian..][..n * parts.rows];
+        let ties = Ties::new(with_held(jacobian, n, held));
+        let multipliers = ties.multipliers(&-force).column(0).into_owned();
+        let all = parts.loads(&found.tangents, directions, multipliers.as_slice());
+        let (by_design, by_state) = all.columns_range_pair(..variables, variables..);
+        let (by_design, by_state) = (by_design.into_owned(), by_state.into_owned());
+        Self { ties, multipliers, by_design, by_state }
     }
-    held.iter().enumerate().for_each(|(column, joint)| transposed[(*joint, rows + column)] = 1.0);
-    let singular = SINGULAR.sqrt() * largest(&transposed);
-    let multipliers = match transposed.is_empty() {
-        true => DVector::zeros(0),
-        false => transposed
-            .svd(true, true)
-            .solve(&-forces, singular)
-            .unwrap_or_else(|_| DVector::zeros(rows)),
-    };
-    let mut all = DMatrix::zeros(n, directions);
-    for joint in 0..n {
-        let mut sum = DVector::from_column_slice(found.row(force + joint)).transpose();
-        for row in 0..rows {
-            let change = found.row(jacobian + row * n + joint).iter();
-            sum.iter_mut().zip(change).for_each(|(sum, change)| *sum += multipliers[row] * change);
-        }
-        all.set_row(joint, &sum);
+}
+
+/// Where the parts of the equations M u' = f + J^T lambda, J u' = gamma are among their numbers.
+#[derive(Clone, Copy)]
+pub struct Parts {
+    /// NU: M has so many rows and columns, and is the first.
+    pub speeds: usize,
+    /// The rows of J.
+    pub rows: usize,
+    /// Where f begins.
+    pub force: usize,
+    /// Where J begins.
+    pub jacobian: usize,
+}
+
+impl Parts {
+    /// Those of a design.
+    pub fn of(design: &Design<'_>) -> Self {
+        let dimensions = design.system.dimensions();
+        let n = dimensions.speeds;
+        Self { speeds: n, rows: dimensions.rows, force: n * n, jacobian: n * n + n }
     }
-    (all.columns(0, variables).into_owned(), all.columns(variables, n).into_owned())
+
+    /// df + dJ^T lambda, NU x K, from the derivatives of the equations along K directions.
+    pub fn loads(self, tangents: &[f64], directions: usize, multipliers: &[f64]) -> DMatrix<f64> {
+        let at = |number: usize, direction: usize| tangents[number * directions + direction];
+        DMatrix::from_fn(self.speeds, directions, |speed, direction| {
+            let of_row = |row: usize| at(self.jacobian + row * self.speeds + speed, direction);
+            let loops = multipliers.iter().take(self.rows).enumerate();
+            let sum: f64 = loops.map(|(row, by)| by * of_row(row)).sum();
+            at(self.force + speed, direction) + sum
+        })
+    }
 }

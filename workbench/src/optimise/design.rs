@@ -3,11 +3,11 @@
 //! The variables x are shares of the ranges, from 0 to 1: p = low + x (high - low).
 
 use lamc::program::{FunctionKind, Program, Slot};
-use nalgebra::{DMatrix, RowDVector};
+use nalgebra::{DMatrix, DVectorView, RowDVector};
 
 use super::goals::Variable;
 use super::number::Number;
-use super::tangent::{Outputs, outputs};
+use super::tangent::{Outputs, bent, outputs};
 use crate::execution::Jit;
 
 /// A mechanism at values of the variables.
@@ -30,6 +30,31 @@ pub struct Along<'a> {
     pub varies: bool,
     /// How q changes: a row for each coordinate, a column for each direction. `None`: not.
     pub follows: Option<&'a DMatrix<f64>>,
+    /// How u changes. `None`: not.
+    pub speeds: Option<&'a DMatrix<f64>>,
+}
+
+impl<'a> Along<'a> {
+    /// The directions of the variables, with which q changes as `follows` says.
+    pub fn variables(follows: &'a DMatrix<f64>) -> Self {
+        Self { directions: follows.ncols(), varies: true, follows: Some(follows), speeds: None }
+    }
+
+    /// Changes of the state at constant parameters.
+    pub fn state(q: &'a DMatrix<f64>, u: Option<&'a DMatrix<f64>>) -> Self {
+        Self { directions: q.ncols(), varies: false, follows: Some(q), speeds: u }
+    }
+
+    /// The change of a slot that is part of the state.
+    fn of_state(&self, slot: Slot, row: &mut [f64]) {
+        let (rows, index) = match slot {
+            Slot::Position(id) => (self.follows, id.index()),
+            Slot::Rate(id) => (self.speeds, id.index()),
+            _ => return,
+        };
+        let changes = rows.iter().flat_map(|rows| rows.row(index).into_iter());
+        row.iter_mut().zip(changes).for_each(|(to, by)| *to = *by);
+    }
 }
 
 /// The values of all parameters at shares of the ranges, SI.
@@ -70,15 +95,14 @@ impl<'c> Design<'c> {
 
     /// A function at a state of rest, with derivatives along directions.
     pub fn evaluate(&self, kind: FunctionKind, q: &[f64], along: Along<'_>) -> Outputs {
-        let load = |slot: Slot| match slot {
-            Slot::Parameter(id) => self.system.parameters()[id.index()],
-            Slot::Input(id) => self.system.inputs()[id.index()],
-            Slot::Position(id) => q[id.index()],
-            Slot::Drawn(place) => self.drawing.values[place],
-            // t = 0, at rest.
-            _ => 0.0,
-        };
-        let seed = |slot: Slot, row: &mut [f64]| match slot {
+        let function = self.program.function_of(kind);
+        let seed = |slot, row: &mut [f64]| self.seed(along, slot, row);
+        outputs(function, along.directions, |slot| self.load(slot, q), seed)
+    }
+
+    /// The derivatives of a slot along directions.
+    fn seed(&self, along: Along<'_>, slot: Slot, row: &mut [f64]) {
+        match slot {
             Slot::Parameter(id) if along.varies => {
                 let varied = self.widths.iter().zip(row);
                 let own = varied.filter(|((parameter, _), _)| *parameter == id.index());
@@ -88,19 +112,46 @@ impl<'c> Design<'c> {
                 let known = self.drawing.row(place);
                 row[..known.len()].copy_from_slice(known);
             }
-            Slot::Position(id) => {
-                let follows =
-                    along.follows.iter().flat_map(|rows| rows.row(id.index()).into_iter());
-                row.iter_mut().zip(follows).for_each(|(to, by)| *to = *by);
-            }
-            _ => {}
+            slot => along.of_state(slot, row),
+        }
+    }
+
+    /// A function at a state of rest with derivatives along changes of the state, and how all of them change with a variable with
+    /// which q changes by `moves`, NQ x 1.
+    pub fn change(
+        &self,
+        kind: FunctionKind,
+        q: &[f64],
+        along: Along<'_>,
+        (variable, moves): (usize, DVectorView<'_, f64>),
+    ) -> [Outputs; 2] {
+        let (parameter, width) = self.widths[variable];
+        let turn = |slot: Slot| match slot {
+            Slot::Parameter(id) if id.index() == parameter => width,
+            Slot::Drawn(place) => self.drawing.row(place)[variable],
+            Slot::Position(id) => moves[id.index()],
+            _ => 0.0,
         };
-        outputs(self.program.function_of(kind), along.directions, load, seed)
+        let function = self.program.function_of(kind);
+        let seed = |slot, row: &mut [f64]| along.of_state(slot, row);
+        bent(function, along.directions, |slot| self.load(slot, q), seed, turn)
+    }
+
+    /// The value of a slot at a state of rest.
+    fn load(&self, slot: Slot, q: &[f64]) -> f64 {
+        match slot {
+            Slot::Parameter(id) => self.system.parameters()[id.index()],
+            Slot::Input(id) => self.system.inputs()[id.index()],
+            Slot::Position(id) => q[id.index()],
+            Slot::Drawn(place) => self.drawing.values[place],
+            // t = 0, at rest.
+            _ => 0.0,
+        }
     }
 
     /// The directions of the variables at constant q.
     fn fixed(&self) -> Along<'static> {
-        Along { directions: self.variables(), varies: true, follows: None }
+        Along { directions: self.variables(), varies: true, follows: None, speeds: None }
     }
 
     /// The derivatives of the closure residuals by the variables at constant q, 9 L x K, m.
@@ -119,29 +170,47 @@ impl<'c> Design<'c> {
         q: &[f64],
         follows: &DMatrix<f64>,
     ) -> ([f64; 3], DMatrix<f64>) {
-        self.moved(
-            point,
-            q,
-            Along { directions: follows.ncols(), varies: true, follows: Some(follows) },
-        )
+        self.moved(point, q, Along::variables(follows))
     }
 
-    /// A point (m), and its derivative along a change of q, 3 x 1.
+    /// A point (m), and its derivatives along changes of q at constant parameters, 3 x K.
     pub fn point_along(
         &self,
         point: usize,
         q: &[f64],
         dq: &DMatrix<f64>,
     ) -> ([f64; 3], DMatrix<f64>) {
-        self.moved(point, q, Along { directions: 1, varies: false, follows: Some(dq) })
+        self.moved(point, q, Along::state(dq, None))
     }
 
     /// The potential energy at rest, with which q changes as `follows` says, J.
     pub fn potential(&self, q: &[f64], follows: &DMatrix<f64>) -> Number {
-        let along = Along { directions: follows.ncols(), varies: true, follows: Some(follows) };
-        let found = self.evaluate(FunctionKind::Energy, q, along);
+        let found = self.evaluate(FunctionKind::Energy, q, Along::variables(follows));
         // The kinetic energy is the first.
         Number { value: found.values[1], slope: RowDVector::from_row_slice(found.row(1)) }
+    }
+
+    /// The forces and moments of all hinges at rest, 6 x JOINTS; with the multipliers of the closure and their derivatives by the
+    /// variables.
+    pub fn reactions(
+        &self,
+        q: &[f64],
+        follows: &DMatrix<f64>,
+        (multipliers, changes): (&[f64], &DMatrix<f64>),
+    ) -> Outputs {
+        let along = Along::variables(follows);
+        let load = |slot: Slot| match slot {
+            Slot::Multiplier(row) => multipliers[row],
+            slot => self.load(slot, q),
+        };
+        let seed = |slot: Slot, row: &mut [f64]| match slot {
+            Slot::Multiplier(index) => {
+                row.iter_mut().zip(changes.row(index).iter()).for_each(|(to, by)| *to = *by);
+            }
+            slot => self.seed(along, slot, row),
+        };
+        let function = self.program.function_of(FunctionKind::Reactions);
+        outputs(function, along.directions, load, seed)
     }
 
     fn moved(&self, point: usize, q: &[f64], along: Along<'_>) -> ([f64; 3], DMatrix<f64>) {

@@ -1,27 +1,23 @@
 //! All goals and constraints of a design, with their derivatives by the variables.
 
-use std::borrow::Cow;
-
 use lamc::arithmetic::larger;
-use lamc::laminate;
 use lamc::pipeline::Compiled;
 use lamc::source::Diagnostics;
 use lamc_runtime::Mechanism as _;
-use nalgebra::RowDVector;
 
-use super::balance::{Resting, frequency, rest, stiffness};
+use super::balance::{Resting, rest};
 use super::design::{Design, parameters};
-use super::goals::{Aim, Goal, Goals, Measure, Moved, Moving, Norm, OfState, Stroke, Wanted};
+use super::goals::{
+    Aim, Clearance, Goal, Goals, Measure, Moved, Moving, Norm, OfState, Stroke, Wanted,
+};
 use super::motion::at;
 use super::number::{Number, length};
 use super::path::trace;
+use super::settle::settle;
 use super::stroke::stroke;
+use super::vibration::{frequency, stiffness};
 use crate::adjoint::Differentiated;
 use crate::execution::Jit;
-
-/// Step of central differences, as a share of a range. What is differenced has an error e of 1e-12 from Newton's method,
-/// and the best step is near the cube root of e.
-const STEP: f64 = 1e-4;
 
 /// What an optimisation is about.
 #[derive(Clone)]
@@ -81,7 +77,7 @@ impl<'c> Problem<'c> {
         });
         let mut measures = of_goals.chain(goals.constraints.iter().map(|it| it.measure));
         let differentiated = measures
-            .any(|measure| matches!(measure, Measure::Moving(_)))
+            .any(|measure| matches!(measure, Measure::Moving(_) | Measure::Settle(_)))
             .then(|| Differentiated::new(&compiled.program, system.clone()));
         Self { compiled, system, goals, differentiated }
     }
@@ -188,13 +184,17 @@ impl<'c> Problem<'c> {
             Measure::Angle(_) | Measure::Moving(Moving { of: OfState::Angle(_), .. }) => 1.0,
             Measure::Position { .. }
             | Measure::Extent(_)
+            | Measure::Clearance(_)
             | Measure::Moving(Moving { of: OfState::Position { .. }, .. }) => self.system.size(),
             Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => 1.0,
             Measure::Stroke(_) => self.system.size(),
             Measure::Frequency(_)
             | Measure::Stiffness { .. }
+            | Measure::Torque(_)
+            | Measure::Force(_)
             | Measure::Mass(_)
             | Measure::Energy
+            | Measure::Settle(_)
             | Measure::Moving(_) => wanted.value().abs(),
         };
         let sign = if matches!(wanted, Wanted::AtLeast(_)) { -1.0 } else { 1.0 };
@@ -209,95 +209,46 @@ impl<'c> Problem<'c> {
         resting: &mut Option<Resting>,
     ) -> Result<Number, String> {
         match measure {
-            Measure::Frequency(mode) => {
-                self.differences(x, |x| frequency(self.compiled, &self.design(x).system, mode))
+            Measure::Mass(body) => return self.mass(body, x),
+            Measure::Extent(axis) => return self.extent(axis, x),
+            Measure::Stroke(of) => return stroke(&of, design),
+            Measure::Clearance(of @ Clearance { turned: Some(turned), .. }) => {
+                return self.clearance_on_the_way(&of, turned, design, x);
             }
-            Measure::Stiffness { point, axis } => {
-                self.differences(x, |x| stiffness(self.compiled, &self.design(x), (point, axis)))
+            Measure::Moving(moving) => {
+                return at(self.compiled, &self.moving(design)?, design, moving);
             }
-            Measure::Mass(body) => self.differences(x, |x| self.mass(body, &self.parameters(x))),
-            Measure::Extent(axis) => {
-                self.differences(x, |x| self.extent(axis, &self.parameters(x)))
+            _ => {}
+        }
+        let resting = match resting {
+            Some(known) => known,
+            None => resting.insert(rest(self.compiled, design)?),
+        };
+        match measure {
+            Measure::Angle(joint) => Ok(resting.number(design, OfState::Angle(joint))),
+            Measure::Position { point, axis } => {
+                Ok(resting.number(design, OfState::Position { point, axis }))
             }
-            Measure::Stroke(of) => stroke(&of, design),
-            Measure::Moving(moving) => match &self.differentiated {
-                Some(differentiated) => {
-                    let differentiated = differentiated.with(design.system.clone());
-                    at(self.compiled, &differentiated, design, moving)
-                }
-                None => Err("no motion was prepared".to_owned()),
-            },
-            Measure::Angle(_) | Measure::Position { .. } | Measure::Energy => {
-                let resting = match resting {
-                    Some(known) => known,
-                    None => resting.insert(rest(self.compiled, design)?),
-                };
-                let Resting { q, follows } = resting;
-                Ok(match measure {
-                    Measure::Position { point, axis } => {
-                        let (at, moves) = design.point(point, q, follows);
-                        Number { value: at[axis], slope: moves.row(axis).into_owned() }
-                    }
-                    Measure::Angle(joint) => {
-                        Number { value: q[joint], slope: follows.row(joint).into_owned() }
-                    }
-                    _ => design.potential(q, follows),
-                })
+            Measure::Frequency(mode) => frequency(self.compiled, design, resting, mode),
+            Measure::Stiffness { point, axis } => stiffness(design, resting, (point, axis)),
+            Measure::Torque(joint) => Ok(resting.torque(joint)),
+            Measure::Force(joint) => Ok(resting.force(design, joint)),
+            Measure::Clearance(of) => self.clearance_at_rest(&of, x, resting),
+            Measure::Settle(of) => {
+                settle(self.compiled, &self.moving(design)?, design, resting, &of)
             }
+            _ => Ok(resting.number(design, OfState::Energy(1))),
         }
     }
 
-    fn design(&self, x: &[f64]) -> Design<'_> {
+    /// The mechanism in reverse mode at the values of a design.
+    fn moving(&self, design: &Design<'_>) -> Result<Differentiated, String> {
+        let prepared = self.differentiated.as_ref().ok_or("no motion was prepared")?;
+        Ok(prepared.with(design.system.clone()))
+    }
+
+    pub(super) fn design(&self, x: &[f64]) -> Design<'_> {
         Design::new(&self.compiled.program, &self.system, &self.goals.variables, x)
-    }
-
-    /// The mechanism as it is drawn at values of the parameters.
-    fn drawn(&self, values: &[f64]) -> Result<Cow<'_, laminate::Mechanism>, String> {
-        let Some(model) = &self.compiled.model else {
-            return Ok(Cow::Borrowed(&self.compiled.topology.mechanism));
-        };
-        let built = laminate::build(&model.at(values), &mut Diagnostics::default());
-        built.map(Cow::Owned).map_err(|problems| problems.to_string())
-    }
-
-    /// How far the flat drawing extends along an axis at values of the parameters, m.
-    fn extent(&self, axis: usize, values: &[f64]) -> Result<f64, String> {
-        let mechanism = self.drawn(values)?;
-        let sheets = mechanism.bodies.iter().flat_map(|body| &body.sheets);
-        let places = sheets.flat_map(|sheet| &sheet.outline).map(|vertex| vertex[axis]);
-        let (least, greatest) = places
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), place| (a.min(place), b.max(place)));
-        Ok(greatest - least)
-    }
-
-    /// The mass of a body, or of all that move, at values of the parameters, kg.
-    fn mass(&self, body: Option<usize>, values: &[f64]) -> Result<f64, String> {
-        let mechanism = self.drawn(values)?;
-        let bodies = mechanism.bodies.iter().enumerate();
-        let counted = bodies.filter(|(index, it)| body.map_or(!it.fixed, |body| body == *index));
-        let mass = |it: &laminate::Body| match it.mass_parameter {
-            Some(parameter) => values[parameter.index()],
-            None => it.mass_properties.mass,
-        };
-        Ok(counted.map(|(_, it)| mass(it)).sum())
-    }
-
-    /// A number with its derivatives by central differences.
-    fn differences(
-        &self,
-        x: &[f64],
-        number: impl Fn(&[f64]) -> Result<f64, String>,
-    ) -> Result<Number, String> {
-        let mut slope = RowDVector::zeros(x.len());
-        for variable in 0..x.len() {
-            let moved = |by: f64| {
-                let mut x = x.to_vec();
-                x[variable] += by;
-                number(&x)
-            };
-            slope[variable] = (moved(STEP)? - moved(-STEP)?) / (2.0 * STEP);
-        }
-        Ok(Number { value: number(x)?, slope })
     }
 }
 

@@ -8,8 +8,10 @@
 //! threads.
 
 mod balance;
+mod clearance;
 mod conflicts;
 mod design;
+mod drawn;
 mod drive;
 mod evaluate;
 pub mod goals;
@@ -18,10 +20,13 @@ mod motion;
 mod number;
 mod path;
 mod robots;
+mod settle;
 mod stroke;
 mod tangent;
 #[cfg(test)]
 mod tests;
+mod ties;
+mod vibration;
 mod yields;
 
 use std::collections::BTreeMap;

@@ -10,11 +10,43 @@ use nalgebra::RowDVector;
 use super::design::Design;
 use super::goals::{Moving, OfState};
 use super::number::Number;
-use crate::adjoint::{Course, Differentiated, Method, Schedule, Slopes};
+use crate::adjoint::{Course, Differentiated, Method, Sample, Schedule, Slopes, Undifferentiable};
 use crate::simulation::{Asked, describe, start};
 
 /// The error of angles (rad) and speeds (rad/s) at that time.
-const TOLERANCE: f64 = 1e-8;
+pub const TOLERANCE: f64 = 1e-8;
+
+/// The state from which the motion begins; its speeds are those that are asked for, so that their dependence on the design
+/// counts when they are projected.
+///
+/// # Errors
+/// The mechanism does not assemble; the text says so.
+pub fn begin(compiled: &Compiled, differentiated: &Differentiated) -> Result<Sample, String> {
+    let asked = Asked::of(&differentiated.system, &[]);
+    let State { t, q, .. } = start(&compiled.topology, &differentiated.system, &asked, |_| ())?;
+    Ok(State { t, q, u: asked.state.u })
+}
+
+/// The motion to these times within the tolerance.
+///
+/// # Errors
+/// The motion has no derivatives; the text says so.
+pub fn accurate(
+    differentiated: &Differentiated,
+    begin: &Sample,
+    samples: &[f64],
+) -> Result<Course, String> {
+    let run = |method| {
+        let schedule = Schedule { method, samples, steps: 1, inputs: &[] };
+        Course::accurate(differentiated, begin, schedule, TOLERANCE)
+    };
+    let course = match run(Method::Rk4) {
+        // Another method comes to the same stop.
+        Err(reason) if !matches!(reason, Undifferentiable::Stop { .. }) => run(Method::Rodas),
+        other => other,
+    };
+    course.map_err(|reason| reason.describe(differentiated.system.interface()))
+}
 
 /// The number at a time.
 ///
@@ -28,17 +60,8 @@ pub fn at(
 ) -> Result<Number, String> {
     let system = &differentiated.system;
     let interface = system.interface();
-    let asked = Asked::of(system, &[]);
-    let State { t, q, .. } = start(&compiled.topology, system, &asked, |_| ())?;
-    // The course projects the speeds that are asked for, so that their dependence on the design counts.
-    let begin = State { t, q, u: asked.state.u.clone() };
-    let samples = [t + at];
-    let run = |method| {
-        let schedule = Schedule { method, samples: &samples, steps: 1, inputs: &[] };
-        Course::accurate(differentiated, &begin, schedule, TOLERANCE)
-    };
-    let course = run(Method::Rk4).or_else(|_| run(Method::Rodas));
-    let course = course.map_err(|reason| reason.describe(interface))?;
+    let begin = begin(compiled, differentiated)?;
+    let course = accurate(differentiated, &begin, &[begin.t + at])?;
     let end = &course.samples[1];
     let failure = |error| describe(&error, interface);
     let mut slopes = Slopes::default();
@@ -63,6 +86,7 @@ pub fn at(
             [energy.kinetic, energy.potential][which]
         }
     };
+    let asked = Asked::of(system, &[]);
     let gradient = course
         .pull(&[slopes])
         .and_then(|gradients| {

@@ -2,11 +2,12 @@
 
 use lamc::source::schema::{Key, Kind, Mapping, NUMBER, Presence, Range, TIME, Value, key};
 
-use super::path_keys::{PATH, STROKE};
+use super::path_keys::{CLEARANCE, PATH, SETTLE, STROKE};
 use crate::sweep::plan::DISTRIBUTION;
 
 /// Every mapping, in the order of the reference.
-pub static MAPPINGS: &[&Mapping] = &[&GOALS, &VARIABLE, &GOAL, &PATH, &STROKE, &CONSTRAINT];
+pub static MAPPINGS: &[&Mapping] =
+    &[&GOALS, &VARIABLE, &GOAL, &PATH, &STROKE, &CLEARANCE, &SETTLE, &CONSTRAINT];
 
 /// The words of `norm`.
 pub const NORMS: &[&str] = &["squares", "max"];
@@ -149,6 +150,30 @@ const STIFFNESS: Key = measure(
     "tip.z",
     "A small force on a point along an axis over how far the point moves along it, at rest.",
 );
+const TORQUE: Key = measure(
+    "torque",
+    Value::Reference { to: "joint", among: "joints" },
+    "knee",
+    "The torque that holds this joint, whose angle is prescribed by its `drive`, at rest.",
+);
+const FORCE: Key = measure(
+    "force",
+    Value::Reference { to: "joint", among: "joints" },
+    "j0",
+    "The force that this hinge transmits at rest.",
+);
+const CLEARANCE_OF: Key = measure(
+    "clearance",
+    Value::Mapping(&CLEARANCE),
+    "{ between: [left, right] }",
+    "How far plates are apart, at rest or while a joint is turned.",
+);
+const SETTLE_OF: Key = measure(
+    "settle",
+    Value::Mapping(&SETTLE),
+    "{ angle: knee, within: 1deg, until: 2 s }",
+    "The time until an angle or a position stays near its value at rest.",
+);
 const EXTENT: Key = measure(
     "extent",
     Value::Word(AXES),
@@ -201,10 +226,14 @@ pub static GOAL: Mapping = Mapping {
         POSITION,
         FREQUENCY,
         STIFFNESS,
+        TORQUE,
+        FORCE,
         MASS,
         EXTENT,
+        CLEARANCE_OF,
         ENERGY,
         STROKE_OF,
+        SETTLE_OF,
         AT,
         key(
             "target",
@@ -240,10 +269,14 @@ pub static GOAL: Mapping = Mapping {
             &["position"],
             &["frequency"],
             &["stiffness"],
+            &["torque"],
+            &["force"],
             &["mass"],
             &["extent"],
+            &["clearance"],
             &["energy"],
             &["stroke"],
+            &["settle"],
         ],
         &[&["target"], &["at_most"], &["at_least"]],
     ],
@@ -260,10 +293,14 @@ pub static CONSTRAINT: Mapping = Mapping {
         POSITION,
         FREQUENCY,
         STIFFNESS,
+        TORQUE,
+        FORCE,
         MASS,
         EXTENT,
+        CLEARANCE_OF,
         ENERGY,
         STROKE_OF,
+        SETTLE_OF,
         AT,
         AT_MOST,
         AT_LEAST,
@@ -273,9 +310,13 @@ pub static CONSTRAINT: Mapping = Mapping {
         &["position"],
         &["frequency"],
         &["stiffness"],
+        &["torque"],
+        &["force"],
         &["mass"],
         &["extent"],
+        &["clearance"],
         &["energy"],
         &["stroke"],
+        &["settle"],
     ]],
 };

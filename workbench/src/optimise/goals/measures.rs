@@ -2,17 +2,28 @@
 
 use lamc::source::fields::Fields;
 use lamc::source::yaml::{Entry, Node};
-use lamc::source::{Span, read_in};
+use lamc::source::{Diagnostic, Span, codes, read_in};
 
 use super::keys::{AXES, ENERGIES};
-use super::path_keys::STROKE;
 use super::read::Reader;
 use super::{Measure, Moved, Moving, OfState, Stroke, Wanted};
 use crate::reading::Terms;
 
 /// The keys of measures.
-pub(super) const MEASURES: [&str; 8] =
-    ["angle", "position", "frequency", "stiffness", "mass", "extent", "energy", "stroke"];
+pub(super) const MEASURES: [&str; 12] = [
+    "angle",
+    "position",
+    "frequency",
+    "stiffness",
+    "torque",
+    "force",
+    "mass",
+    "extent",
+    "clearance",
+    "energy",
+    "stroke",
+    "settle",
+];
 /// Makes what a number should be of its value.
 type Kind = fn(f64) -> Wanted;
 /// The word for the mass of all bodies that move.
@@ -24,7 +35,8 @@ impl Reader<'_> {
         let given: Vec<&Entry> = MEASURES.iter().filter_map(|key| fields.entry(key)).collect();
         let [entry] = given.as_slice() else {
             let path = fields.key("path").map_or("", |_| "`path`, ");
-            let measures = "`angle`, `position`, `frequency`, `stiffness`, `mass`, `extent`, `energy` and `stroke`";
+            let (last, others) = MEASURES.split_last().unwrap_or((&"", &[]));
+            let measures = format!("`{}` and `{last}`", others.join("`, `"));
             self.unless_told(at, known, format!("give one of {path}{measures}"));
             return None;
         };
@@ -42,11 +54,7 @@ impl Reader<'_> {
             Measure::Position { point, axis } => OfState::Position { point, axis },
             Measure::Energy => OfState::Energy(1),
             Measure::Moving(Moving { of, .. }) => of,
-            Measure::Frequency(_)
-            | Measure::Stiffness { .. }
-            | Measure::Mass(_)
-            | Measure::Extent(_)
-            | Measure::Stroke(_) => {
+            _ => {
                 let key = &entry.key.value;
                 self.wrong(at.key.span, format!("`{key}` does not depend on the time"));
                 return None;
@@ -59,10 +67,23 @@ impl Reader<'_> {
     fn measured(&mut self, fields: &Fields, entry: &Entry) -> Option<Measure> {
         let (node, text) = (&entry.value, text(&entry.value));
         match entry.key.value.as_str() {
-            "angle" => {
-                let joints = self.interface.joints.iter().map(|joint| joint.name.clone()).collect();
-                self.among(node, text, joints, "joint").map(Measure::Angle)
+            "angle" => self.joint(node).map(Measure::Angle),
+            "force" => self.joint(node).map(Measure::Force),
+            "torque" => {
+                let joint = self.joint(node)?;
+                if !self.interface.joints[joint].driven {
+                    let message =
+                        format!("no torque holds `{text}` at rest: its angle is not prescribed");
+                    let error = Diagnostic::error(codes::BAD_GOALS, node.span, message);
+                    let hint =
+                        format!("give `{text}` a `drive` in the model, such as `drive: 30deg`");
+                    self.found.push(error.hint(hint));
+                    return None;
+                }
+                Some(Measure::Torque(joint))
             }
+            "clearance" => self.clearance(entry).map(Measure::Clearance),
+            "settle" => self.settle(entry).map(Measure::Settle),
             "position" => {
                 let [point, axis] = self.point_and_axis(node)?;
                 Some(Measure::Position { point, axis })
@@ -95,15 +116,12 @@ impl Reader<'_> {
             }
             "stroke" => self.stroke(entry).map(Measure::Stroke),
             _ if text == ALL => Some(Measure::Mass(None)),
-            _ => {
-                let bodies = self.interface.bodies.iter().map(|body| body.name.clone()).collect();
-                self.among(node, text, bodies, "body").map(|body| Measure::Mass(Some(body)))
-            }
+            _ => self.body(node).map(|body| Measure::Mass(Some(body))),
         }
     }
 
     /// A point and an axis: `tip.z`.
-    fn point_and_axis(&mut self, node: &Node) -> Option<[usize; 2]> {
+    pub(super) fn point_and_axis(&mut self, node: &Node) -> Option<[usize; 2]> {
         let Some((point, axis)) = text(node).rsplit_once('.') else {
             self.wrong(node.span, "expected a point and a coordinate, such as `tip.z`");
             return None;
@@ -116,7 +134,25 @@ impl Reader<'_> {
         Some([self.among(node, point, points, "point")?, axis])
     }
 
-    fn among(&mut self, node: &Node, text: &str, known: Vec<String>, kind: &str) -> Option<usize> {
+    /// A joint by its name.
+    pub(super) fn joint(&mut self, node: &Node) -> Option<usize> {
+        let joints = self.interface.joints.iter().map(|joint| joint.name.clone()).collect();
+        self.among(node, text(node), joints, "joint")
+    }
+
+    /// A body by its name.
+    pub(super) fn body(&mut self, node: &Node) -> Option<usize> {
+        let bodies = self.interface.bodies.iter().map(|body| body.name.clone()).collect();
+        self.among(node, text(node), bodies, "body")
+    }
+
+    pub(super) fn among(
+        &mut self,
+        node: &Node,
+        text: &str,
+        known: Vec<String>,
+        kind: &str,
+    ) -> Option<usize> {
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
         self.name(node.span, text, &known, kind)
     }
@@ -137,9 +173,13 @@ impl Reader<'_> {
             let wrong = match measure {
                 Measure::Frequency(_)
                 | Measure::Stiffness { .. }
+                | Measure::Force(_)
                 | Measure::Mass(_)
-                | Measure::Extent(_) => (value <= 0.0).then_some("must be more than 0"),
-                Measure::Energy | Measure::Moving(Moving { of: OfState::Energy(_), .. }) => {
+                | Measure::Extent(_)
+                | Measure::Settle(_) => (value <= 0.0).then_some("must be more than 0"),
+                Measure::Torque(_)
+                | Measure::Energy
+                | Measure::Moving(Moving { of: OfState::Energy(_), .. }) => {
                     (value == 0.0).then_some("must not be 0")
                 }
                 _ => None,
@@ -164,41 +204,14 @@ impl Reader<'_> {
             Measure::Frequency(_) => self.read(node, "Hz"),
             Measure::Stiffness { .. } => self.read(node, "N/m"),
             Measure::Mass(_) => self.read(node, "kg"),
-            Measure::Extent(_) => self.read(node, "m"),
+            Measure::Torque(_) => self.read(node, "N*m"),
+            Measure::Force(_) => self.read(node, "N"),
+            Measure::Settle(_) => self.read(node, "s"),
+            Measure::Extent(_) | Measure::Clearance(_) => self.read(node, "m"),
             Measure::Energy | Measure::Moving(_) => self.read(node, "J"),
             Measure::Stroke(Stroke { of: Moved::Joint(_), .. }) => self.angle(node),
             Measure::Stroke(_) => self.read(node, "m"),
         }
-    }
-
-    /// What moves while a joint is turned.
-    fn stroke(&mut self, entry: &Entry) -> Option<Stroke> {
-        let at = entry.key.span;
-        let fields = Fields::new(&entry.value, at, "a stroke", &STROKE, &mut self.found)?;
-        self.moves_in_one_way(&fields);
-        let joints: Vec<String> =
-            self.interface.joints.iter().map(|joint| joint.name.clone()).collect();
-        let of = match [fields.get("point"), fields.get("joint")] {
-            [Some(node), None] => {
-                let points = self.interface.points.clone();
-                self.among(node, text(node), points, "point").map(Moved::Point)
-            }
-            [None, Some(node)] => {
-                self.among(node, text(node), joints.clone(), "joint").map(Moved::Joint)
-            }
-            _ => {
-                self.wrong(at, "give one of `point` and `joint`");
-                None
-            }
-        };
-        let drive = fields.require("drive", &mut self.found)?;
-        let drive = self.among(drive, text(drive), joints, "joint");
-        let angles = self.angles(&fields)?;
-        let &[from, to] = angles.as_slice() else {
-            self.wrong(fields.get("angles")?.span, "expected `[first, last]`");
-            return None;
-        };
-        Some(Stroke { of: of?, drive: drive?, angles: [from, to] })
     }
 
     /// An angle, rad; one without a unit is in the unit of the model.

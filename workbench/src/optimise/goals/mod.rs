@@ -1,5 +1,6 @@
 //! The goals of an optimisation: text -> [`Goals`].
 
+mod compound;
 mod keys;
 mod measures;
 mod path_keys;
@@ -121,8 +122,16 @@ pub enum Measure {
         /// The axis.
         axis: usize,
     },
+    /// The torque that holds a joint whose angle is prescribed at rest, N m.
+    Torque(usize),
+    /// The force that a hinge transmits at rest, N.
+    Force(usize),
     /// How far the flat drawing extends along x or y (0, 1), m.
     Extent(usize),
+    /// How far plates are apart, m; negative where they pass through each other.
+    Clearance(Clearance),
+    /// The time until something stays near its state of rest, s.
+    Settle(Settle),
     /// The potential energy at rest, J.
     Energy,
     /// How far something moves, m or rad.
@@ -154,6 +163,26 @@ pub enum OfState {
     },
     /// The kinetic (0) or the potential (1) energy, J.
     Energy(usize),
+}
+
+/// How far plates are apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// Two bodies; `None`: any two that share no hinge.
+    pub between: Option<[usize; 2]>,
+    /// The joint that is turned, with its first and its last angle, rad: the least distance on the way counts. `None`: at rest.
+    pub turned: Option<(usize, [f64; 2])>,
+}
+
+/// When something comes to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settle {
+    /// What it is: an angle or a position.
+    pub of: OfState,
+    /// How far from its value at rest it may stay, rad or m.
+    pub within: f64,
+    /// The motion is followed until this time, s.
+    pub until: f64,
 }
 
 /// How far something moves while a joint is turned.

@@ -1,6 +1,8 @@
-//! The keys of what moves while a joint is turned: paths and strokes.
+//! The keys of measures that are mappings of their own, such as paths.
 
-use lamc::source::schema::{ANGLE, LENGTH, Mapping, NUMBER, Presence, Value, key};
+use lamc::source::schema::{
+    ANGLE, Key, LENGTH, Mapping, NUMBER, Presence, Range, TIME, Value, key,
+};
 
 /// The words of `plane`, each with the coordinates that it has.
 pub const PLANES: &[&str] = &["xyz", "xy", "xz", "yz"];
@@ -126,4 +128,87 @@ pub static STROKE: Mapping = Mapping {
         ),
     ],
     choices: &[&[&["point"], &["joint"]]],
+};
+
+/// `clearance`.
+pub static CLEARANCE: Mapping = Mapping {
+    name: "clearance",
+    title: "Clearances",
+    path: "goals.<goal>.clearance",
+    doc: "Plates count without thickness, in the plane of their hinges. Where two pass through each other, the clearance is \
+          negative: minus the shortest way by which they come apart.",
+    keys: &[
+        key(
+            "between",
+            Value::Array {
+                of: &Value::Reference { to: "body", among: "bodies" },
+                length: 2,
+                form: "two bodies",
+            },
+            Presence::Optional("any two bodies that share no hinge"),
+            "[left, right]",
+            "Two bodies.",
+        ),
+        key(
+            "drive",
+            Value::Reference { to: "joint", among: "joints" },
+            Presence::Optional("at rest"),
+            "crank",
+            "The joint that is turned: the least clearance counts, of states that are at most 3 deg apart.",
+        ),
+        key(
+            "angles",
+            Value::Array { of: &Value::Number(&ANGLE), length: 2, form: "`[first, last]`" },
+            Presence::Optional("at rest"),
+            "[0deg, 90deg]",
+            "The first and the last angle of that joint.",
+        ),
+    ],
+    choices: &[],
+};
+
+/// `settle`.
+pub static SETTLE: Mapping = Mapping {
+    name: "settle",
+    title: "Times to settle",
+    path: "goals.<goal>.settle",
+    doc: "The time of the motion from the initial state, with constant inputs, after which an angle or a position stays near \
+          its value at rest.",
+    keys: &[
+        key(
+            "angle",
+            Value::Reference { to: "joint", among: "joints" },
+            Presence::Optional("a position is given"),
+            "knee",
+            "The joint.",
+        ),
+        key(
+            "position",
+            Value::Text,
+            Presence::Optional("an angle is given"),
+            "tip.z",
+            "The coordinate of a point: its name, a dot, and `x`, `y` or `z`.",
+        ),
+        Key {
+            range: Range::Positive,
+            ..key(
+                "within",
+                Value::Parameter,
+                Presence::Required,
+                "1deg",
+                "How far from its value at rest it may stay.",
+            )
+        },
+        Key {
+            range: Range::Positive,
+            ..key(
+                "until",
+                Value::Number(&TIME),
+                Presence::Required,
+                "2 s",
+                "A design that has not settled until then counts as one that cannot be evaluated.",
+            )
+        },
+    ],
+    choices: &[&[&["angle"], &["position"]]],
 };

@@ -66,6 +66,11 @@ impl Reader<'_> {
     /// The angles of the joint that is turned, rad.
     pub(super) fn angles(&mut self, fields: &Fields) -> Option<Vec<f64>> {
         let node = fields.require("angles", &mut self.found)?;
+        self.angles_of(node)
+    }
+
+    /// The angles of a list, rad.
+    pub(super) fn angles_of(&mut self, node: &Node) -> Option<Vec<f64>> {
         let list = items(node, "`[first, last]`, or an angle for each point", &mut self.found)?;
         let angles: Vec<f64> =
             list.iter().map(|node| self.angle(node)).collect::<Option<Vec<_>>>()?;

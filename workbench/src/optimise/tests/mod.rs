@@ -4,6 +4,7 @@ mod derivatives;
 mod linkages;
 mod numbers;
 mod reading;
+mod rests;
 mod yields;
 
 use lamc::pipeline::{self, Compiled};

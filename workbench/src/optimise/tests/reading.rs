@@ -63,17 +63,34 @@ fn a_path_may_be_a_table() {
     assert_eq!(path.angles, [10_f64.to_radians(), 30_f64.to_radians()]);
 }
 
+/// Two plates on a base, one of which is held.
+const PLATES: &str = "
+units: { length: mm }
+parameters: { size: { value: 20 mm, range: [10 mm, 30 mm] } }
+materials: { card: { density: 700, thickness: 0.3 } }
+layup: [card]
+bodies:
+  base: { fixed: true }
+  left: { outline: [[0, 0], [-10, 0], [-10, 10], [0, 10]] }
+  right: { outline: [[size, 0], [\"2*size\", 0], [\"2*size\", 10], [size, 10]] }
+joints:
+  crank: { bodies: [base, left], axis: [[0, 0], [0, 10]], stiffness: 1e-3 }
+  knee: { bodies: [base, right], axis: [[size, 0], [size, 10]], drive: 30 deg }
+points: { tip: { body: left, at: [-10, 0, 0] } }
+";
+
 /// Each key with its example.
 #[test]
 fn the_examples_of_the_reference_are_goals() {
     // A name is that of a parameter in some examples, and of a joint in others.
     let model = MODEL.replace("crank", "size").replace("j0", "crank");
-    let [with_joint, with_parameter] = [compiled(&model), compiled(MODEL)];
+    let [with_joint, with_parameter, with_plates] =
+        [compiled(&model), compiled(MODEL), compiled(PLATES)];
     let way = "point: pen, drive: crank, angles: [0deg, 90deg], through: [[0, 0, 0], [0.02, 0, 0]]";
     for mapping in MAPPINGS {
         for key in mapping.keys {
             let entry = format!("{}: {}", key.name, key.example);
-            let varied = "parameters: { crank: {} }";
+            let (varied, size) = ("parameters: { crank: {} }", "parameters: { size: {} }");
             let goal = "goals: { bend: { angle: j0, target: 1 } }";
             let (compiled, text) = match (mapping.name, key.name) {
                 ("goals", "parameters") => (&with_parameter, format!("{entry}\n{goal}")),
@@ -119,6 +136,27 @@ fn the_examples_of_the_reference_are_goals() {
                         "parameters: {{ size: {{}} }}\ngoals: {{ it: {{ {entry}, target: 1 }} }}"
                     ),
                 ),
+                ("goal" | "constraint", "torque" | "settle" | "clearance") => {
+                    (&with_plates, format!("{size}\ngoals: {{ it: {{ {entry}, target: 1 }} }}"))
+                }
+                ("settle", name) => {
+                    let rest = match name {
+                        "angle" | "position" => "within: 1, until: 1",
+                        "within" => "angle: knee, until: 1",
+                        _ => "angle: knee, within: 1",
+                    };
+                    let settle = format!("settle: {{ {rest}, {entry} }}, target: 1");
+                    (&with_plates, format!("{size}\ngoals: {{ it: {{ {settle} }} }}"))
+                }
+                ("clearance", name) => {
+                    let (model, rest) = match name {
+                        "drive" => (&with_joint, "angles: [0deg, 90deg], "),
+                        "angles" => (&with_joint, "drive: crank, "),
+                        _ => (&with_plates, ""),
+                    };
+                    let clearance = format!("clearance: {{ {rest}{entry} }}, target: 1");
+                    (model, format!("{size}\ngoals: {{ it: {{ {clearance} }} }}"))
+                }
                 ("goal", _) => (
                     &with_parameter,
                     format!("{varied}\ngoals: {{ it: {{ {entry}, target: 1 }} }}"),
@@ -224,6 +262,38 @@ fn times_of_numbers_that_have_none_are_refused() {
         ("energy: kinetic", "the kinetic energy needs a time: at rest it is 0"),
         ("angle: j0, at: 0 s", "`at` must be more than 0"),
         ("angle: j0, at: 1 m", "expected"),
+    ] {
+        let text = read(goal).unwrap_err();
+        assert!(text.contains(message), "{goal}: {text}");
+    }
+}
+
+#[test]
+fn forces_clearances_and_times_to_settle_that_do_not_exist_are_refused() {
+    let compiled = compiled(PLATES);
+    let read = |goal: &str| {
+        let goals =
+            format!("{{ parameters: {{ size: {{}} }}, goals: {{ it: {{ {goal}, target: 1 }} }} }}");
+        Goals::read(&file(&goals), &compiled).map_err(|problems| problems.to_string())
+    };
+    for (goal, message) in [
+        ("torque: crank", "no torque holds `crank` at rest: its angle is not prescribed"),
+        ("force: hip", "the model has no joint `hip`"),
+        ("clearance: { between: [left, rihgt] }", "the model has no body `rihgt`"),
+        ("clearance: { between: [left, left] }", "bodies that share a hinge touch there"),
+        ("clearance: { between: [left, base] }", "`base` has no outline"),
+        ("clearance: { between: [left] }", "expected"),
+        ("clearance: { drive: crank }", "give `drive` and `angles`, or none of both"),
+        ("settle: { within: 1deg, until: 1 s }", "give one of `angle` and `position`"),
+        ("settle: { angle: crank, until: 1 s }", "`within`"),
+        ("settle: { angle: crank, within: 1deg }", "`until`"),
+        ("settle: { angle: crank, within: 0deg, until: 1 s }", "`within` must be more than 0"),
+        ("settle: { angle: crank, within: 1 mm, until: 1 s }", "expected an angle"),
+        ("settle: { position: tip, within: 1 mm, until: 1 s }", "such as `tip.z`"),
+        (
+            "settle: { angle: crank, within: 1deg, until: 1 s }, at: 1 s",
+            "does not depend on the time",
+        ),
     ] {
         let text = read(goal).unwrap_err();
         assert!(text.contains(message), "{goal}: {text}");

@@ -1,0 +1,222 @@
+//! The small motions about the state of rest of a design, and how they follow the design.
+//!
+//! Along the directions N that keep the loops closed, q = q0 + N z, and
+//!
+//! ```text
+//! M z'' + C z' + K z = 0:    M = N^T M_q N,   C = -N^T f_u N,   K = -N^T g_q N,   g = f + J^T lambda.
+//! ```
+//!
+//! With the design, q0 moves as the state of rest does, and N and lambda so that J N = 0 and g = 0 remain:
+//!
+//! ```text
+//! J dN = -dJ N,   J^T dlambda = -(df + dJ^T lambda).
+//! ```
+//!
+//! What is added to dN along N turns the basis, and neither a frequency nor a stiffness depends on the basis. For an eigenvalue
+//! s with (s^2 M + s C + K) v = 0 and w^* (s^2 M + s C + K) = 0 (P. Lancaster, "On eigenvalues of matrices dependent on a
+//! parameter", Numerische Mathematik 6, 1964),
+//!
+//! ```text
+//! ds = -w^* (s^2 dM + s dC + dK) v / w^* (2 s M + C) v.
+//! ```
+
+use std::f64::consts::TAU;
+
+use lamc::pipeline::Compiled;
+use lamc::program::FunctionKind;
+use lamc_runtime::Mechanism as _;
+use nalgebra::{Complex, DMatrix, DVector, RowDVector};
+
+use super::balance::{ISOLATED, Parts, Resting};
+use super::design::{Along, Design};
+use super::number::Number;
+use crate::rest::Rest;
+use crate::simulation::{Asked, describe, start};
+
+/// A point moves along an axis if it does by more than this share of the mechanism's size, per radian.
+const MOVES: f64 = 1e-12;
+/// Where w^* (2 s M + C) v, of unit w and v and over |s M|, is below this, two modes coincide.
+const DOUBLE: f64 = 1e-7;
+
+/// Steps of inverse iteration: each shrinks other vectors by the ratio of their eigenvalues to rounding.
+const INVERSE: usize = 3;
+/// What is left of a matrix times its null vector, over the size of the matrix.
+const SINGULAR: f64 = 1e-9;
+
+/// M, C and K, or their derivatives by a variable, with N or dN.
+struct Small {
+    mass: DMatrix<f64>,
+    damping: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    basis: DMatrix<f64>,
+}
+
+/// The natural frequency of a mode about the state of rest, Hz.
+///
+/// # Errors
+/// There are fewer modes, or this one and another one coincide, so that it has no derivatives.
+pub fn frequency(
+    compiled: &Compiled,
+    design: &Design<'_>,
+    resting: &Resting,
+    mode: usize,
+) -> Result<Number, String> {
+    let system = &design.system;
+    let mut state = start(&compiled.topology, system, &Asked::of(system, &[]), |_| ())?;
+    state.q.copy_from_slice(&resting.q);
+    let rest = Rest::new(&compiled.topology.mechanism, system.clone(), state)
+        .map_err(|error| format!("no state of rest: {}", describe(&error, system.interface())))?;
+    let found = rest.motions.modes.get(mode).map(|mode| mode.eigenvalue);
+    let [real, imaginary] =
+        found.ok_or_else(|| format!("the state of rest has no mode {}", mode + 1))?;
+    let s = Complex::new(real, imaginary);
+    let (small, changes) = small(design, resting);
+    let sum = |s: Complex<f64>, small: &Small| {
+        let [mass, damping, stiffness] =
+            [&small.mass, &small.damping, &small.stiffness].map(|it| it.map(Complex::from));
+        mass * (s * s) + damping * s + stiffness
+    };
+    // What rounding leaves of the sum is measured by its parts.
+    let size =
+        small.mass.norm() * s.norm_sqr() + small.damping.norm() * s.norm() + small.stiffness.norm();
+    let at_s = sum(s, &small);
+    let (left, right) = (null_vector(&at_s.adjoint(), size)?, null_vector(&at_s, size)?);
+    let by_eigenvalue =
+        (small.mass.map(Complex::from) * s.scale(2.0) + small.damping.map(Complex::from)) * &right;
+    let divisor = left.dotc(&by_eigenvalue);
+    if divisor.norm() <= DOUBLE * s.norm() * small.mass.norm() {
+        return Err(format!("mode {} coincides with another one", mode + 1));
+    }
+    // The eigenvalue itself is as exact as its vectors allow: what is left is of second order in them.
+    let s = s - left.dotc(&(&at_s * &right)) / divisor;
+    let slope = changes.iter().map(|change| {
+        let ds = -left.dotc(&(sum(s, change) * &right)) / divisor;
+        (s.conj() * ds).re / s.norm() / TAU
+    });
+    let slope = RowDVector::from_iterator(changes.len(), slope);
+    Ok(Number { value: s.norm() / TAU, slope })
+}
+
+/// The unit vector v with P v = 0, by inverse iteration; `size` is that of the parts of P. (nalgebra 0.34 computes wrong singular
+/// vectors of complex matrices.)
+///
+/// # Errors
+/// There is none.
+fn null_vector(matrix: &DMatrix<Complex<f64>>, size: f64) -> Result<DVector<Complex<f64>>, String> {
+    let n = matrix.nrows();
+    // The matrix is singular up to rounding; that moves the vector by as little.
+    let lu = (matrix + DMatrix::identity(n, n).scale(f64::EPSILON * size)).lu();
+    let mut vector = DVector::from_fn(n, |row, _| Complex::from(1.0 / (row as f64 + 1.0)));
+    for _ in 0..INVERSE {
+        vector = lu.solve(&vector).ok_or("the mode was not found")?.normalize();
+    }
+    match (matrix * &vector).norm() <= SINGULAR * size {
+        true => Ok(vector),
+        false => Err("the mode was not found".to_owned()),
+    }
+}
+
+/// The stiffness of a point along an axis about the state of rest, N/m: a small force along it over how far the point
+/// moves along it,
+///
+/// ```text
+/// 1/k = p K^-1 p^T,   p = (dz/dq) N.
+/// ```
+///
+/// # Errors
+/// The point cannot move along the axis, or the state of rest is not isolated.
+pub fn stiffness(
+    design: &Design<'_>,
+    resting: &Resting,
+    (point, axis): (usize, usize),
+) -> Result<Number, String> {
+    let (small, changes) = small(design, resting);
+    let n = small.basis.nrows();
+    let identity = DMatrix::identity(n, n);
+    let by_state = design.point_along(point, &resting.q, &identity).1.row(axis).into_owned();
+    let moves = &by_state * &small.basis;
+    // Of a radian the point moves by so much, at most, that it is more than rounding.
+    if moves.amax() <= MOVES * design.system.size() {
+        return Err(format!("the point cannot move along {}", ["x", "y", "z"][axis]));
+    }
+    let solve = |stiffness: DMatrix<f64>| stiffness.lu().solve(&moves.transpose()).ok_or(ISOLATED);
+    let (yields, pushes) = (solve(small.stiffness.clone())?, solve(small.stiffness.transpose())?);
+    let compliance = moves.dot(&yields.transpose());
+    let slope = changes.iter().enumerate().map(|(variable, change)| {
+        let column = resting.follows.column(variable);
+        let along = Along::state(&small.basis, None);
+        let [_, turned] =
+            design.change(FunctionKind::Points, &resting.q, along, (variable, column));
+        let turned = RowDVector::from_row_slice(turned.row(3 * point + axis));
+        let moved = turned + &by_state * &change.basis;
+        let softer = (&moved * (&yields + &pushes))[(0, 0)]
+            - (pushes.transpose() * &change.stiffness * &yields)[(0, 0)];
+        -softer / (compliance * compliance)
+    });
+    let slope = RowDVector::from_iterator(changes.len(), slope);
+    Ok(Number { value: compliance.recip(), slope })
+}
+
+/// The matrices, and their derivatives by each variable.
+fn small(design: &Design<'_>, resting: &Resting) -> (Small, Vec<Small>) {
+    let Resting { q, follows, closure, balance, held } = resting;
+    let (parts, n) = (Parts::of(design), closure.free.nrows());
+    let free = &closure.free;
+    let d = free.ncols();
+    // f_u: the second half of the directions are those of the speeds.
+    let none = DMatrix::zeros(n, n);
+    let along = Along::state(&none, Some(&none));
+    let identity = DMatrix::identity(n, n);
+    let along = Along { speeds: Some(&identity), ..along };
+    let first = design.evaluate(FunctionKind::Equations, q, along);
+    let rates = DMatrix::from_row_slice(n, n, &first.tangents[parts.force * n..][..n * n]);
+    let mass = DMatrix::from_row_slice(n, n, &first.values[..n * n]);
+    let projected = |left: &DMatrix<f64>, matrix: &DMatrix<f64>, right: &DMatrix<f64>| {
+        left.transpose() * matrix * right
+    };
+    let small = Small {
+        mass: projected(free, &mass, free),
+        damping: -projected(free, &rates, free),
+        stiffness: -projected(free, &balance.by_state, free),
+        basis: free.clone(),
+    };
+    let loops = design.evaluate(FunctionKind::Closure, q, Along::variables(follows));
+    let residuals = loops.values.len() / (n + 1);
+    let [ahead, beside] =
+        [[free.clone(), DMatrix::zeros(n, d)], [DMatrix::zeros(n, d), free.clone()]].map(
+            |[a, b]| {
+                DMatrix::from_columns(&a.column_iter().chain(b.column_iter()).collect::<Vec<_>>())
+            },
+        );
+    let along = Along::state(&ahead, Some(&beside));
+    let changes = (0..design.variables()).map(|variable| {
+        let column = follows.column(variable);
+        let [first, change] = design.change(FunctionKind::Equations, q, along, (variable, column));
+        let multipliers = balance.multipliers.as_slice();
+        let load = parts.loads(&change.values, 1, multipliers);
+        let turned = balance.ties.multipliers(&-load);
+        // g_q N and f_u N: what changes of f and J, and what lambda changes.
+        let none = vec![0.0; first.tangents.len()];
+        let mut forces = parts.loads(&change.tangents, 2 * d, multipliers);
+        let mut of_lambda = first.tangents.clone();
+        of_lambda[parts.force * 2 * d..][..n * 2 * d].copy_from_slice(&none[..n * 2 * d]);
+        forces += parts.loads(&of_lambda, 2 * d, turned.as_slice());
+        let mass_change = DMatrix::from_row_slice(n, n, &change.values[..n * n]);
+        // dJ N of the loops; the rows of what is held do not change.
+        let mut by_variable = DMatrix::from_fn(residuals + held.len(), n, |row, speed| {
+            if row < residuals { loops.row(residuals + row * n + speed)[variable] } else { 0.0 }
+        });
+        by_variable = by_variable * free;
+        let turn = -closure.along(&by_variable);
+        let both =
+            |matrix: &DMatrix<f64>| projected(&turn, matrix, free) + projected(free, matrix, &turn);
+        Small {
+            mass: projected(free, &mass_change, free) + both(&mass),
+            damping: -(free.transpose() * forces.columns(d, d)) - both(&rates),
+            stiffness: -(free.transpose() * forces.columns(0, d)) - both(&balance.by_state),
+            basis: turn,
+        }
+    });
+    let changes = changes.collect();
+    (small, changes)
+}
