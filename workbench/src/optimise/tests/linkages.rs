@@ -111,7 +111,7 @@ fn the_path_of_18_points_is_as_near_as_an_independent_search_came() {
 }
 
 /// Five points with prescribed timing, case 2 of J. A. Cabrera, A. Simon and M. Prado, "Optimal synthesis of mechanisms with genetic
-/// algorithms", Mechanism and Machine Theory 37(10), 2002. The least sum of squares is 7.4158e-7: the best of STARTS starts of SciPy's
+/// algorithms", Mechanism and Machine Theory 37(10), 2002. The least sum of squares is 7.4158e-7: the best of 400 starts of SciPy's
 /// `least_squares` on the closed form of the four-bar, within the bounds of the benchmark.
 #[test]
 fn the_path_of_five_points_is_as_near_as_an_independent_search_came() {
