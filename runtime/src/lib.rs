@@ -136,6 +136,7 @@ pub use equilibrium::{Equilibrium, equilibrium};
 pub use error::Error;
 pub use integrate::{Dopri5, Integrator, Rigid, Rk4, Rodas, SemiImplicitEuler, Stabilisation};
 pub use jacobian::{Change, JacobianMut, derivatives_along, jacobian};
+pub use lamc_runtime_macros::tables;
 pub use linearization::{LinearizationMut, linearize};
 pub use mechanism::Mechanism;
 pub use names::{Body, Input, Joint, Parameter, Point};

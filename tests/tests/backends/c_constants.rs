@@ -309,8 +309,13 @@ fn build_rust(folder: &Path, compiled: &Compiled, alteration: Option<&Alteration
     let package = |name: &str, rest: &str| {
         format!("[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n{rest}")
     };
-    let features = "[features]\nstd = []\nsimd = []\n\n[dependencies]\nlibm = \"0.2\"\n";
-    fs::write(runtime.join("Cargo.toml"), package("lamc-runtime", features)).unwrap();
+    let root = workspace().canonicalize().unwrap();
+    let [tables, macros] = ["tables", "macros"].map(|folder| root.join(folder));
+    let features = format!(
+        "[features]\nstd = []\nsimd = []\n\n[dependencies]\nlibm = \"0.2\"\n\
+         lamc-tables = {{ path = {tables:?} }}\nlamc-runtime-macros = {{ path = {macros:?} }}\n"
+    );
+    fs::write(runtime.join("Cargo.toml"), package("lamc-runtime", &features)).unwrap();
     let rest = "[lib]\ncrate-type = [\"staticlib\"]\n\n[dependencies]\n\
                 lamc-runtime = { path = \"../runtime\" }\n\n[workspace]\n";
     fs::create_dir_all(library.join("src")).unwrap();

@@ -8,11 +8,13 @@ use lamc_tests::workspace;
 use crate::source::{entries, imports, is_test, rust_files};
 
 /// A crate's folder, and which crates of the workspace it may depend on.
-const CRATES: [(&str, &[&str]); 8] = [
-    ("runtime", &[]),
+const CRATES: [(&str, &[&str]); 10] = [
+    ("tables", &[]),
+    ("macros", &["lamc-tables"]),
+    ("runtime", &["lamc-tables", "lamc-runtime-macros"]),
     ("templates", &[]),
     ("drawings", &[]),
-    ("codegen", &["lamc-runtime", "lamc-templates", "lamc-drawings"]),
+    ("codegen", &["lamc-runtime", "lamc-tables", "lamc-templates", "lamc-drawings"]),
     ("workbench", &["lamc-runtime", "lamc-templates", "lamc-drawings", "lamc"]),
     ("generated", &["lamc-runtime"]),
     (
@@ -233,6 +235,8 @@ fn only_one_folder_names_the_symbolic_engine() {
 /// The name of the package in a folder.
 fn package(folder: &str) -> &'static str {
     match folder {
+        "tables" => "lamc-tables",
+        "macros" => "lamc-runtime-macros",
         "runtime" => "lamc-runtime",
         "templates" => "lamc-templates",
         "drawings" => "lamc-drawings",

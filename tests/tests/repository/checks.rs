@@ -61,7 +61,8 @@ fn is_comment(line: &str) -> bool {
 fn test_files() -> Vec<PathBuf> {
     let mut files = rust_files(&workspace().join("tests/src"));
     files.extend(rust_files(&workspace().join("tests/tests")));
-    for folder in ["codegen", "workbench", "runtime", "generated", "templates"] {
+    for folder in ["codegen", "workbench", "runtime", "macros", "tables", "generated", "templates"]
+    {
         let root = workspace().join(folder);
         let of_crate = rust_files(&root).into_iter();
         files.extend(of_crate.filter(|file| is_test(file.strip_prefix(&root).unwrap())));

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use lamc_runtime::table::kind;
+use lamc_tables::kind;
 use serde::Serialize;
 
 use super::Real;
@@ -97,9 +97,9 @@ impl Tables {
         [parameters, inputs]: [&[String]; 2],
     ) -> Vec<String> {
         let table = Table::of(function, &mut self.found);
-        self.cells = self.cells.max(table.size.cells);
+        self.cells = self.cells.max(table.words.cells);
         let name = format!("{}_rows", function.kind.name());
-        let lines = self.lines(&table.words);
+        let lines = self.lines(&table.words.list);
         self.rows.push(Rows { name: name.clone(), lines });
 
         let mut statements = Vec::new();
@@ -133,7 +133,7 @@ impl Tables {
         let (arguments, outputs) = (arguments.join(", "), outputs.join(", "));
         statements.push(format!("const real *const arguments[] = {{ {arguments} }};"));
         statements.push(format!("const struct results results[] = {{ {outputs} }};"));
-        let (words, count) = (table.words.len(), signature.outputs.len());
+        let (words, count) = (table.words.list.len(), signature.outputs.len());
         statements.push(format!("evaluate_table({name}, {words}, arguments, results, {count});"));
         statements
     }
@@ -167,7 +167,7 @@ impl Tables {
         let used = FUNCTIONS.into_iter().filter(|(kind, _)| self.used.contains(kind));
         let case = |(kind, mnemonic)| {
             let operands = ["cells[row[0]]", "cells[row[1]]"];
-            let operands = &operands[..lamc_runtime::table::fields(kind)];
+            let operands = &operands[..kind::fields(kind)];
             Case { kind, value: call(real, mnemonic, operands) }
         };
         self.cases = used.map(case).collect();

@@ -6,6 +6,7 @@
 use crate::program::{Argument, Form, Function, Part, Parts, Program, Quantity, Shape, Slot};
 use std::collections::BTreeSet;
 
+use lamc_tables::Rows;
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
@@ -47,8 +48,8 @@ pub struct Bodies<'a> {
     parts: TokenStream,
     /// Numbers that the tables read.
     pub(super) numbers: Numbers,
-    /// The tables, in lines.
-    pub(super) tables: Vec<String>,
+    /// The tables, by name.
+    pub(super) tables: Vec<(String, Rows)>,
 }
 
 impl<'a> Bodies<'a> {

@@ -1,5 +1,6 @@
-//! Functions of long modules as tables: a static item for each, and a call that evaluates it.
+//! Functions of long modules as tables: a text of all of them, and a call that evaluates each.
 
+use lamc_tables::encode;
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
@@ -17,14 +18,8 @@ impl Bodies<'_> {
     pub(super) fn write_table(&mut self, function: &Function) -> TokenStream {
         let table = Table::of(function, &mut self.numbers);
         let item = function.kind.name().to_uppercase();
-        let words = table.size.words;
-        self.tables.push(
-            "    #[allow(long_running_const_eval, reason = \"it has many rows\")]".to_owned(),
-        );
-        self.tables.push(format!("    pub static {item}: Table<{words}> = Table::new("));
-        let lines: Vec<_> =
-            table.text.as_bytes().chunks(LINE).map(String::from_utf8_lossy).collect();
-        self.tables.push(format!("b\"{}\");", lines.join("\\\n")));
+        let cells = number(table.cells());
+        self.tables.push((item.clone(), table.rows));
         let arguments = function.kind.inputs(&self.program.interface).map(|argument| {
             let name = format_ident!("{}", argument.name());
             match argument {
@@ -43,7 +38,6 @@ impl Bodies<'_> {
         });
         let outputs = function.outputs.iter().map(|output| format_ident!("{}", output.name));
         let (item, scalar) = (format_ident!("{item}"), &self.syntax.scalar);
-        let cells = number(table.cells());
         quote! {
             tables::#item.evaluate::<#scalar, #cells>(
                 &tables::NUMBERS, &[#(#arguments),*], &mut [#(#outputs),*]
@@ -64,7 +58,12 @@ impl Bodies<'_> {
             lines.push(numbers.iter().map(text).collect());
         }
         lines.push("    ];".to_owned());
-        lines.append(&mut self.tables);
+        let (names, rows): (Vec<_>, Vec<_>) = std::mem::take(&mut self.tables).into_iter().unzip();
+        lines.push("    ::lamc_runtime::tables! {".to_owned());
+        lines.push(format!("    {}", names.join(" ")));
+        let text = encode(&rows);
+        let parts: Vec<_> = text.as_bytes().chunks(LINE).map(String::from_utf8_lossy).collect();
+        lines.push(format!("\"{}\"\n    }}", parts.join("\\\n")));
         self.texts.push(lines.join("\n"));
         let index = number(self.texts.len() - 1);
         quote! {
@@ -75,7 +74,6 @@ impl Bodies<'_> {
             )]
             #[rustfmt::skip]
             mod tables {
-                use ::lamc_runtime::table::Table;
                 __body!(#index);
             }
         }

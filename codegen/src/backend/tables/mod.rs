@@ -1,20 +1,16 @@
 //! Functions as tables, for the loops of [`lamc_runtime::table`]: the second form of functions that are too long for
 //! straight-line code.
 //!
-//! Operations become rows (`rows`), rows of one kind at one distance from the results become groups (`order`),
-//! groups become text (`text`).
+//! Operations become rows (`rows`); the crate `lamc_tables` puts these in order, and writes them as text.
 
-mod order;
 mod rows;
-mod text;
 
 use std::collections::HashMap;
 
-use lamc_runtime::table::{FIRST_NUMBERS, read_table};
-pub use lamc_runtime::table::{TableSize, evaluate};
+use lamc_tables::kind::FIRST_NUMBERS;
+use lamc_tables::{Rows, Words, words};
 
 use crate::program::Function;
-use rows::Rows;
 
 /// The numbers of the model that the tables of a module read.
 #[derive(Clone, Debug)]
@@ -47,30 +43,22 @@ impl Numbers {
 /// A function as a table.
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// Its text, for [`lamc_runtime::table::Table::new`].
-    pub text: String,
-    /// Its size.
-    pub size: TableSize,
+    /// Its rows.
+    pub rows: Rows,
     /// What the runtime evaluates.
-    pub words: Vec<u64>,
+    pub words: Words,
 }
 
 impl Table {
     /// Returns the table of a function. Its arguments and outputs are those of the function's signature, in order.
     pub fn of(function: &Function, numbers: &mut Numbers) -> Self {
-        let rows = Rows::of(function, numbers);
-        let groups = order::groups(&rows);
-        let text = text::text(&groups);
-        // Runs, rows, and a second word for each cosine.
-        let most = groups.iter().map(|group| 1 + 2 * group.rows.len()).sum();
-        let (mut words, mut scratch) = (vec![0; most], vec![[0; 3]; most]);
-        let size = read_table(text.as_bytes(), &mut words, &mut scratch);
-        words.truncate(size.words);
-        Self { text, size, words }
+        let rows = rows::rows(function, numbers);
+        let words = words(&rows);
+        Self { rows, words }
     }
 
     /// The number of cells with which the runtime evaluates the table.
     pub fn cells(&self) -> usize {
-        self.size.cells.next_power_of_two()
+        self.words.cells.next_power_of_two()
     }
 }

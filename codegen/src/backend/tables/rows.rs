@@ -5,64 +5,43 @@
 
 use std::collections::HashMap;
 
-use lamc_runtime::table::kind;
+use lamc_tables::kind::{self, FIRST_NUMBERS};
+use lamc_tables::{COSINE, Row, Rows};
 
 use super::Numbers;
 use crate::backend::naming::{Users, users};
 use crate::program::{Argument, Function, Op, Slot, Value};
 
-/// A row that is not placed yet: its kind, and its fields.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Row {
-    pub kind: usize,
-    /// Rows whose values are operands, or indices of a number or an argument.
-    pub fields: [usize; 3],
-}
-
-/// The rows of a function. Operands precede.
-#[derive(Debug)]
-pub struct Rows {
-    /// Each once.
-    pub list: Vec<Row>,
-    /// Entries of each output that are not zero: rows and indices.
-    pub outputs: Vec<Vec<(usize, usize)>>,
-}
-
-/// Kind of the value after [`kind::SINE_COSINE`], which has no row of its own.
-pub const COSINE: usize = usize::MAX;
-
-impl Rows {
-    /// Returns the rows of a function.
-    pub fn of(function: &Function, numbers: &mut Numbers) -> Self {
-        let (users, mut known) = (users(function), HashMap::new());
-        let mut list = Vec::new();
-        for index in 0..lamc_runtime::table::FIRST_NUMBERS.len() {
-            let row = Row { kind: kind::NUMBER, fields: [index, 0, 0] };
-            known.insert(row, list.len());
-            list.push(row);
-        }
-        let mut lowering = Lowering {
-            function,
-            fused: fused(function, &users),
-            of: vec![None; function.instructions.len()],
-            numbers,
-            known,
-            list,
-        };
-        for (index, instruction) in function.instructions.iter().enumerate() {
-            let is_inline = matches!(instruction.op, Op::Const(_) | Op::Load(_));
-            if !is_inline && !lowering.fused[index] {
-                lowering.row(Value(index));
-            }
-        }
-        let outputs = function.outputs.iter().map(|output| {
-            let entries = output.entries.iter().enumerate();
-            let entries = entries.filter(|(_, entry)| !is_zero(function, **entry));
-            entries.map(|(index, &entry)| (lowering.row(entry), index)).collect()
-        });
-        let outputs = outputs.collect();
-        Self { list: lowering.list, outputs }
+/// Returns the rows of a function.
+pub fn rows(function: &Function, numbers: &mut Numbers) -> Rows {
+    let (users, mut known) = (users(function), HashMap::new());
+    let mut list = Vec::new();
+    for index in 0..FIRST_NUMBERS.len() {
+        let row = Row { kind: kind::NUMBER, fields: [index, 0, 0] };
+        known.insert(row, list.len());
+        list.push(row);
     }
+    let mut lowering = Lowering {
+        function,
+        fused: fused(function, &users),
+        of: vec![None; function.instructions.len()],
+        numbers,
+        known,
+        list,
+    };
+    for (index, instruction) in function.instructions.iter().enumerate() {
+        let is_inline = matches!(instruction.op, Op::Const(_) | Op::Load(_));
+        if !is_inline && !lowering.fused[index] {
+            lowering.row(Value(index));
+        }
+    }
+    let outputs = function.outputs.iter().map(|output| {
+        let entries = output.entries.iter().enumerate();
+        let entries = entries.filter(|(_, entry)| !is_zero(function, **entry));
+        entries.map(|(index, &entry)| (lowering.row(entry), index)).collect()
+    });
+    let outputs = outputs.collect();
+    Rows { list: lowering.list, outputs }
 }
 
 fn is_zero(function: &Function, value: Value) -> bool {

@@ -4,11 +4,10 @@
 //! Products and sums go on as long as there are any, then everything else that can be computed: a run of rows ends
 //! where its kind does.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use lamc_runtime::table::{fields, kind};
-
-use super::rows::{COSINE, Row, Rows};
+use crate::kind::{self, operands};
+use crate::rows::{COSINE, Row, Rows};
 
 /// Rows of one kind, with the positions of values in the order of computation as operands.
 #[derive(Debug)]
@@ -19,7 +18,7 @@ pub struct Group {
 
 /// Returns the groups of a function in their order.
 pub fn groups(rows: &Rows) -> Vec<Group> {
-    let mut order = Order::of(rows);
+    let mut order = Order::of(&rows.list);
     while order.place_next() {}
     for (index, entries) in rows.outputs.iter().enumerate().filter(|(_, list)| !list.is_empty()) {
         let entries = entries.iter().map(|&(row, index)| [order.positions[row], index, 0]);
@@ -28,18 +27,20 @@ pub fn groups(rows: &Rows) -> Vec<Group> {
     order.groups
 }
 
-/// Rows that are ready, by distance from the results.
-type Ready = BTreeMap<usize, BTreeSet<usize>>;
-
 struct Order<'a> {
     rows: &'a [Row],
-    users: Vec<Vec<usize>>,
+    /// The users of all rows, and where those of each row begin.
+    users: Vec<usize>,
+    users_from: Vec<usize>,
     /// By row: how many operands are not placed.
     missing: Vec<usize>,
     /// By row: length of the longest chain of users.
     heights: Vec<usize>,
-    products: Ready,
-    others: Ready,
+    /// Products that are ready, by distance from the results; none is farther than `farthest`.
+    products: Vec<Vec<usize>>,
+    farthest: usize,
+    /// Other rows that are ready.
+    others: Vec<usize>,
     /// By row: its value's place in the order.
     positions: Vec<usize>,
     placed: usize,
@@ -50,38 +51,51 @@ fn is_product(row: Row) -> bool {
     (kind::MUL..=kind::MUL_ADD).contains(&row.kind)
 }
 
-/// The operands of a row, each once.
-fn operands(row: Row) -> BTreeSet<usize> {
-    let count = match row.kind {
-        kind::NUMBER | kind::ARGUMENT | COSINE => 0,
-        kind => fields(kind),
-    };
-    row.fields[..count].iter().copied().collect()
+/// The rows that a row needs.
+fn needed(row: &Row) -> &[usize] {
+    match row.kind {
+        COSINE => &[],
+        kind => &row.fields[..operands(kind)],
+    }
 }
 
 impl<'a> Order<'a> {
-    fn of(rows: &'a Rows) -> Self {
-        let rows = &rows.list;
-        let mut users = vec![Vec::new(); rows.len()];
-        let mut missing = vec![0; rows.len()];
-        for (index, &row) in rows.iter().enumerate() {
-            let operands = operands(row);
-            missing[index] = operands.len();
-            operands.into_iter().for_each(|operand| users[operand].push(index));
+    fn of(rows: &'a [Row]) -> Self {
+        let mut users_from = vec![0; rows.len() + 1];
+        rows.iter().flat_map(needed).for_each(|&operand| users_from[operand + 1] += 1);
+        for index in 0..rows.len() {
+            users_from[index + 1] += users_from[index];
+        }
+        let (mut users, mut next) = (vec![0; users_from[rows.len()]], users_from.clone());
+        for (index, row) in rows.iter().enumerate() {
+            for &operand in needed(row) {
+                users[next[operand]] = index;
+                next[operand] += 1;
+            }
         }
         let mut heights = vec![0; rows.len()];
         for index in (0..rows.len()).rev() {
-            let above = users[index].iter().map(|&user| heights[user] + 1).max();
+            let above = &users[users_from[index]..users_from[index + 1]];
+            let above = above.iter().map(|&user| heights[user] + 1).max();
             heights[index] = heights[index].max(above.unwrap_or(0));
             if rows[index].kind == COSINE {
                 heights[index - 1] = heights[index];
             }
         }
-        let positions = vec![usize::MAX; rows.len()];
-        let (products, others) = (Ready::new(), Ready::new());
-        let groups = Vec::new();
-        let mut order =
-            Self { rows, users, missing, heights, products, others, positions, placed: 0, groups };
+        let most = heights.iter().copied().max().unwrap_or(0);
+        let mut order = Self {
+            rows,
+            users,
+            users_from,
+            missing: rows.iter().map(|row| needed(row).len()).collect(),
+            heights,
+            products: vec![Vec::new(); most + 1],
+            farthest: 0,
+            others: Vec::new(),
+            positions: vec![usize::MAX; rows.len()],
+            placed: 0,
+            groups: Vec::new(),
+        };
         order.place_sources();
         order
     }
@@ -97,16 +111,24 @@ impl<'a> Order<'a> {
         }
     }
 
+    /// The rows that come next.
+    fn next(&mut self) -> Vec<usize> {
+        while self.farthest > 0 && self.products[self.farthest].is_empty() {
+            self.farthest -= 1;
+        }
+        match std::mem::take(&mut self.products[self.farthest]) {
+            next if next.is_empty() => std::mem::take(&mut self.others),
+            next => next,
+        }
+    }
+
     /// Places the rows that come next; false if there are none.
     fn place_next(&mut self) -> bool {
-        let next = match self.products.pop_last() {
-            Some((_, next)) => next,
-            None => std::mem::take(&mut self.others).into_values().flatten().collect(),
-        };
+        let next = self.next();
         let mut kinds: BTreeMap<usize, Vec<([usize; 3], usize)>> = BTreeMap::new();
         for index in next.iter().copied() {
             let Row { kind, fields: mut row } = self.rows[index];
-            row[..fields(kind)].iter_mut().for_each(|field| *field = self.positions[*field]);
+            row[..operands(kind)].iter_mut().for_each(|field| *field = self.positions[*field]);
             // The later factor or term first: both orders give the same bits.
             if matches!(kind, kind::MUL | kind::ADD | kind::MUL_ADD) && row[0] < row[1] {
                 row.swap(0, 1);
@@ -114,7 +136,7 @@ impl<'a> Order<'a> {
             kinds.entry(kind).or_default().push((row, index));
         }
         for (kind, mut rows) in kinds {
-            rows.sort();
+            rows.sort_unstable();
             self.place(kind, rows);
         }
         !next.is_empty()
@@ -137,12 +159,16 @@ impl<'a> Order<'a> {
     fn give_position(&mut self, index: usize) {
         self.positions[index] = self.placed;
         self.placed += 1;
-        for user in std::mem::take(&mut self.users[index]) {
+        for at in self.users_from[index]..self.users_from[index + 1] {
+            let user = self.users[at];
             self.missing[user] -= 1;
             if self.missing[user] == 0 {
-                let row = self.rows[user];
-                let ready = if is_product(row) { &mut self.products } else { &mut self.others };
-                ready.entry(self.heights[user]).or_default().insert(user);
+                if is_product(self.rows[user]) {
+                    self.farthest = self.farthest.max(self.heights[user]);
+                    self.products[self.heights[user]].push(user);
+                } else {
+                    self.others.push(user);
+                }
             }
         }
     }
