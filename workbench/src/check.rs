@@ -161,12 +161,15 @@ fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
 
 /// Writes in which form modules have their functions, where it is not straight-line code.
 fn write_form(text: &mut String, program: &Program) -> fmt::Result {
-    match program.form(FunctionKind::Acceleration) {
-        Form::StraightLine => Ok(()),
-        Form::Numbered => {
+    let [acceleration, projection] =
+        [FunctionKind::Acceleration, FunctionKind::Projection].map(|kind| program.form(kind));
+    match (acceleration, projection) {
+        (Form::StraightLine, _) => Ok(()),
+        (Form::Tables, _) => writeln!(text, "modules: tables"),
+        (_, Form::Tables) => {
             writeln!(text, "modules: tables; the acceleration is straight-line code")
         }
-        Form::Tables => writeln!(text, "modules: tables"),
+        _ => writeln!(text, "modules: tables; acceleration and projection are straight-line code"),
     }
 }
 

@@ -200,6 +200,17 @@ struct Writer<'a> {
     numbered: Option<Numbered>,
 }
 
+/// A short name for a number: a letter, a digit, then digits of base 36. No keyword has a digit.
+fn numbered_name(number: usize) -> String {
+    let mut name = vec![b'a' + (number % 26) as u8, b'0' + (number / 26 % 10) as u8];
+    let mut rest = number / 260;
+    while rest > 0 {
+        name.push(b"0123456789abcdefghijklmnopqrstuvwxyz"[rest % 36]);
+        rest /= 36;
+    }
+    name.into_iter().map(char::from).collect()
+}
+
 /// How values are numbered instead of named.
 struct Numbered {
     /// Name of the array of values that cross from part to part.
@@ -334,7 +345,7 @@ impl Writer<'_> {
 
     fn name(&mut self, index: usize) -> String {
         if self.numbered.is_some() {
-            return self.names.give(&format!("v{index}"));
+            return self.names.give(&numbered_name(index));
         }
         self.names.give(&self.naming.of(Value(index)))
     }

@@ -21,9 +21,9 @@ pub enum Form {
 /// straight-line code of 68,000, a sheet of 6 x 6 plates.
 const LONG: usize = 40_000;
 
-/// Operations of the acceleration above which it is a table like the other functions. It is called several times
-/// per step. Measured: see docs/PERFORMANCE.md.
-const LONG_ACCELERATION: usize = 40_000;
+/// Operations of the acceleration and of the projection, which every step calls, above which each is a table like the other
+/// functions. Measured: see docs/PERFORMANCE.md.
+const LONG_SOLUTION: usize = 40_000;
 
 impl Program {
     /// Returns the form of a function. Mechanisms of at most one loop have straight-line code whatever their length.
@@ -33,8 +33,8 @@ impl Program {
         if self.interface.loops.len() < 2 || all <= LONG {
             return Form::StraightLine;
         }
-        let is_acceleration = kind == FunctionKind::Acceleration;
-        match is_acceleration && operations(self.function_of(kind)) <= LONG_ACCELERATION {
+        let is_of_step = matches!(kind, FunctionKind::Acceleration | FunctionKind::Projection);
+        match is_of_step && operations(self.function_of(kind)) <= LONG_SOLUTION {
             true => Form::Numbered,
             false => Form::Tables,
         }

@@ -307,7 +307,7 @@ fn cases() -> Vec<Case> {
     // The functions of a long module are tables, also where there are parameters.
     let text = miura(6, 6) + "parameters: { spare: 1 }\n";
     let mut case = Case::new(compile_text(&text), Vec::new());
-    assert_eq!(case.compiled.program.form(FunctionKind::Projection), Form::Tables);
+    assert_eq!(case.compiled.program.form(FunctionKind::Energy), Form::Tables);
     let mut state = case.system.assembled().unwrap();
     state.u.fill(1.0);
     project(&case.system, 0.0, &mut state.q, &mut state.u, &mut case.system.workspace()).unwrap();

@@ -98,6 +98,7 @@ fn modules_of_long_sheets_are_short_and_right() {
     check("miura 6x6", &compiled);
     let program = &compiled.program;
     assert_eq!(program.form(FunctionKind::Acceleration), Form::Numbered);
+    assert_eq!(program.form(FunctionKind::Projection), Form::Numbered);
     assert_eq!(program.form(FunctionKind::Energy), Form::Tables);
     let module = rust_module(&compiled, &Options::default()).unwrap();
     assert!(module.len() < LONGEST_MODULE, "{} bytes", module.len());

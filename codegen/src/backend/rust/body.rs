@@ -6,13 +6,15 @@
 use crate::program::{Argument, Form, Function, Part, Parts, Program, Quantity, Shape, Slot};
 use std::collections::BTreeSet;
 
-use lamc_tables::Rows;
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
+
+use lamc_tables::Rows;
 
 use super::ScalarChoice;
 use super::fused::{Fused, bare, fused};
 use super::items::{FieldNames, Syntax, number};
+use super::numbered::shorten;
 use crate::backend::constants::{Constant, Constants};
 use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
@@ -209,7 +211,7 @@ impl<'a> Bodies<'a> {
             line(&mut lines, format!("kept[{cell}] = {name};"));
         }
         if form == Form::Numbered {
-            shorten(&mut lines);
+            lines = shorten(lines);
         }
         self.texts.push(lines.join("\n"));
         let index = number(self.texts.len() - 1);
@@ -300,19 +302,6 @@ impl<'a> Bodies<'a> {
             Argument::Drawing => format!("self.drawing[{index}]"),
             _ if argument.array().shape == Shape::SCALAR => argument.name().to_owned(),
             _ => format!("{}[{index}]", argument.name()),
-        }
-    }
-}
-
-/// Shortens the lines of a function in numbered statements: a third is spaces and repeated names.
-fn shorten(lines: &mut Vec<String>) {
-    for line in &mut *lines {
-        *line = line.trim_start().replace("mul_add(", "f(").replace("kept[", "k[");
-    }
-    let shorter = [("let k = kept;", "k["), ("let f = mul_add;", "f(")];
-    for (declaration, use_of) in shorter {
-        if lines.iter().any(|line| line.contains(use_of)) {
-            lines.insert(0, declaration.to_owned());
         }
     }
 }

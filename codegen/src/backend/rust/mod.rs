@@ -13,6 +13,7 @@ mod implementation;
 mod items;
 mod mechanism;
 mod methods;
+mod numbered;
 mod sizes;
 mod solutions;
 mod straight_line;
