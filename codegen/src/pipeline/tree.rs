@@ -3,6 +3,8 @@
 //! Trees of small mechanisms are compared by the operations of an acceleration, for which it is derived once per tree.
 //! For large ones that takes too long, and an estimate decides ([`choice`]).
 
+use std::cmp::Ordering;
+
 use super::CompileError;
 use crate::kane;
 use crate::laminate::{self, Geometry, Mechanism};
@@ -34,11 +36,12 @@ pub(super) fn cheapest(model: &SourceModel) -> Result<(Topology, Diagnostics), C
         unreachable!("the plain tree is always a candidate")
     };
     let (joints, trees) = (mechanism.joints.len(), candidates.len());
-    let counted: Vec<&Candidate> = match joints {
-        ..=FEW_JOINTS => others.iter().filter(|it| it.estimate <= plain.estimate).collect(),
-        ..=MOST_JOINTS => others.iter().filter(|it| it.estimate < plain.estimate).collect(),
-        _ => Vec::new(),
+    let is_worth = |it: &&Candidate| match it.estimate.cmp(&plain.estimate) {
+        Ordering::Less => joints <= MOST_JOINTS,
+        Ordering::Equal => joints <= FEW_JOINTS,
+        Ordering::Greater => false,
     };
+    let counted: Vec<&Candidate> = others.iter().filter(is_worth).collect();
     let topology = if !counted.is_empty() {
         let counted = [plain].into_iter().chain(counted).take(MOST_COUNTED);
         by_operations(model, mechanism, counted, trees)?

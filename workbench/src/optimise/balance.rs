@@ -200,12 +200,22 @@ impl Parts {
 
     /// df + dJ^T lambda, NU x K, from the derivatives of the equations along K directions.
     pub fn loads(self, tangents: &[f64], directions: usize, multipliers: &[f64]) -> DMatrix<f64> {
-        let at = |number: usize, direction: usize| tangents[number * directions + direction];
+        let forces = &tangents[self.force * directions..][..self.speeds * directions];
+        DMatrix::from_row_slice(self.speeds, directions, forces)
+            + self.of_loops(tangents, directions, multipliers)
+    }
+
+    /// dJ^T lambda, NU x K; multipliers of joints that are held may follow those of the loops.
+    pub fn of_loops(
+        self,
+        tangents: &[f64],
+        directions: usize,
+        multipliers: &[f64],
+    ) -> DMatrix<f64> {
         DMatrix::from_fn(self.speeds, directions, |speed, direction| {
-            let of_row = |row: usize| at(self.jacobian + row * self.speeds + speed, direction);
+            let at = |row: usize| self.jacobian + row * self.speeds + speed;
             let loops = multipliers.iter().take(self.rows).enumerate();
-            let sum: f64 = loops.map(|(row, by)| by * of_row(row)).sum();
-            at(self.force + speed, direction) + sum
+            loops.map(|(row, by)| by * tangents[at(row) * directions + direction]).sum()
         })
     }
 }

@@ -22,6 +22,7 @@
 
 use std::f64::consts::TAU;
 
+use lamc::arithmetic::largest;
 use lamc::pipeline::Compiled;
 use lamc::program::FunctionKind;
 use lamc_runtime::Mechanism as _;
@@ -30,6 +31,7 @@ use nalgebra::{Complex, DMatrix, DVector, RowDVector};
 use super::balance::{ISOLATED, Parts, Resting};
 use super::design::{Along, Design};
 use super::number::Number;
+use super::tangent::Outputs;
 use crate::rest::Rest;
 use crate::simulation::{Asked, describe, start};
 
@@ -136,7 +138,7 @@ pub fn stiffness(
     let by_state = design.point_along(point, &resting.q, &identity).1.row(axis).into_owned();
     let moves = &by_state * &small.basis;
     // Of a radian the point moves by so much, at most, that it is more than rounding.
-    if moves.amax() <= MOVES * design.system.size() {
+    if largest(&moves) <= MOVES * design.system.size() {
         return Err(format!("the point cannot move along {}", ["x", "y", "z"][axis]));
     }
     let solve = |stiffness: DMatrix<f64>| stiffness.lu().solve(&moves.transpose()).ok_or(ISOLATED);
@@ -159,21 +161,14 @@ pub fn stiffness(
 
 /// The matrices, and their derivatives by each variable.
 fn small(design: &Design<'_>, resting: &Resting) -> (Small, Vec<Small>) {
-    let Resting { q, follows, closure, balance, held } = resting;
-    let (parts, n) = (Parts::of(design), closure.free.nrows());
-    let free = &closure.free;
-    let d = free.ncols();
-    // f_u: the second half of the directions are those of the speeds.
-    let none = DMatrix::zeros(n, n);
-    let along = Along::state(&none, Some(&none));
-    let identity = DMatrix::identity(n, n);
-    let along = Along { speeds: Some(&identity), ..along };
-    let first = design.evaluate(FunctionKind::Equations, q, along);
-    let rates = DMatrix::from_row_slice(n, n, &first.tangents[parts.force * n..][..n * n]);
-    let mass = DMatrix::from_row_slice(n, n, &first.values[..n * n]);
-    let projected = |left: &DMatrix<f64>, matrix: &DMatrix<f64>, right: &DMatrix<f64>| {
-        left.transpose() * matrix * right
-    };
+    let Resting { q, follows, closure, balance, .. } = resting;
+    let (free, n) = (&closure.free, closure.free.nrows());
+    let (still, speeds) = (DMatrix::zeros(n, n), DMatrix::identity(n, n));
+    let along = Along::state(&still, Some(&speeds));
+    let found = design.evaluate(FunctionKind::Equations, q, along);
+    let force = Parts::of(design).force;
+    let mass = DMatrix::from_row_slice(n, n, &found.values[..n * n]);
+    let rates = DMatrix::from_row_slice(n, n, &found.tangents[force * n..][..n * n]);
     let small = Small {
         mass: projected(free, &mass, free),
         damping: -projected(free, &rates, free),
@@ -181,42 +176,57 @@ fn small(design: &Design<'_>, resting: &Resting) -> (Small, Vec<Small>) {
         basis: free.clone(),
     };
     let loops = design.evaluate(FunctionKind::Closure, q, Along::variables(follows));
-    let residuals = loops.values.len() / (n + 1);
-    let [ahead, beside] =
-        [[free.clone(), DMatrix::zeros(n, d)], [DMatrix::zeros(n, d), free.clone()]].map(
-            |[a, b]| {
-                DMatrix::from_columns(&a.column_iter().chain(b.column_iter()).collect::<Vec<_>>())
-            },
-        );
-    let along = Along::state(&ahead, Some(&beside));
     let changes = (0..design.variables()).map(|variable| {
-        let column = follows.column(variable);
-        let [first, change] = design.change(FunctionKind::Equations, q, along, (variable, column));
-        let multipliers = balance.multipliers.as_slice();
-        let load = parts.loads(&change.values, 1, multipliers);
-        let turned = balance.ties.multipliers(&-load);
-        // g_q N and f_u N: what changes of f and J, and what lambda changes.
-        let none = vec![0.0; first.tangents.len()];
-        let mut forces = parts.loads(&change.tangents, 2 * d, multipliers);
-        let mut of_lambda = first.tangents.clone();
-        of_lambda[parts.force * 2 * d..][..n * 2 * d].copy_from_slice(&none[..n * 2 * d]);
-        forces += parts.loads(&of_lambda, 2 * d, turned.as_slice());
-        let mass_change = DMatrix::from_row_slice(n, n, &change.values[..n * n]);
-        // dJ N of the loops; the rows of what is held do not change.
-        let mut by_variable = DMatrix::from_fn(residuals + held.len(), n, |row, speed| {
-            if row < residuals { loops.row(residuals + row * n + speed)[variable] } else { 0.0 }
-        });
-        by_variable = by_variable * free;
-        let turn = -closure.along(&by_variable);
-        let both =
-            |matrix: &DMatrix<f64>| projected(&turn, matrix, free) + projected(free, matrix, &turn);
-        Small {
-            mass: projected(free, &mass_change, free) + both(&mass),
-            damping: -(free.transpose() * forces.columns(d, d)) - both(&rates),
-            stiffness: -(free.transpose() * forces.columns(0, d)) - both(&balance.by_state),
-            basis: turn,
-        }
+        let turn = turn(&loops, resting, variable);
+        change(design, resting, [&mass, &rates], turn, variable)
     });
-    let changes = changes.collect();
-    (small, changes)
+    (small, changes.collect())
+}
+
+fn projected(left: &DMatrix<f64>, matrix: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
+    left.tr_mul(matrix) * right
+}
+
+/// dN, from the derivatives of the closure by the variables.
+fn turn(loops: &Outputs, Resting { closure, held, .. }: &Resting, variable: usize) -> DMatrix<f64> {
+    let n = closure.free.nrows();
+    // The residuals come first, then J; the rows of what is held do not change.
+    let residuals = loops.values.len() / (n + 1);
+    let jacobian = DMatrix::from_fn(residuals + held.len(), n, |row, speed| match row {
+        row if row < residuals => loops.row(residuals + row * n + speed)[variable],
+        _ => 0.0,
+    });
+    -closure.along(&(jacobian * &closure.free))
+}
+
+/// The derivatives of the matrices by a variable, with dN; and with M_q and f_u.
+fn change(
+    design: &Design<'_>,
+    Resting { q, follows, closure, balance, .. }: &Resting,
+    [mass, rates]: [&DMatrix<f64>; 2],
+    turn: DMatrix<f64>,
+    variable: usize,
+) -> Small {
+    let (parts, free) = (Parts::of(design), &closure.free);
+    let (n, d) = free.shape();
+    // Along N by the coordinates, then by the speeds.
+    let coordinates = free.clone().resize_horizontally(2 * d, 0.0);
+    let mut speeds = DMatrix::zeros(n, 2 * d);
+    speeds.columns_mut(d, d).copy_from(free);
+    let along = Along::state(&coordinates, Some(&speeds));
+    let by = (variable, follows.column(variable));
+    let [first, change] = design.change(FunctionKind::Equations, q, along, by);
+    let multipliers = balance.multipliers.as_slice();
+    let turned = balance.ties.multipliers(&-parts.loads(&change.values, 1, multipliers));
+    let forces = parts.loads(&change.tangents, 2 * d, multipliers)
+        + parts.of_loops(&first.tangents, 2 * d, turned.as_slice());
+    let by_turn =
+        |matrix: &DMatrix<f64>| projected(&turn, matrix, free) + projected(free, matrix, &turn);
+    let change_of_mass = DMatrix::from_row_slice(n, n, &change.values[..n * n]);
+    Small {
+        mass: projected(free, &change_of_mass, free) + by_turn(mass),
+        damping: -free.tr_mul(&forces.columns(d, d)) - by_turn(rates),
+        stiffness: -free.tr_mul(&forces.columns(0, d)) - by_turn(&balance.by_state),
+        basis: turn,
+    }
 }

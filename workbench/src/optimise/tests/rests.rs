@@ -3,6 +3,7 @@
 use lamc_runtime::Mechanism as _;
 
 use super::*;
+use crate::compare::largest;
 
 /// Between the five points of the differences that derivatives are compared with, in shares of ranges: their error is about its
 /// fourth power.
@@ -29,7 +30,7 @@ fn check(problem: &Problem<'_>, x: &[f64], step: f64, allowed: f64) {
             let [a, b, c, d] = at.each_ref().map(|numbers| numbers[goal].value);
             (a - 8.0 * b + 8.0 * c - d) / (12.0 * step)
         });
-        let size = number.slope.amax();
+        let size = largest(&number.slope);
         assert!(size > 0.0, "goal {goal}");
         for (variable, slope) in slopes.enumerate() {
             let error = (number.slope[variable] - slope).abs() / size;
