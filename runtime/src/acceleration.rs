@@ -17,10 +17,9 @@
 //! or the mechanism is singular.
 
 use crate::closure_rows::{Decided, Rows};
-use crate::constants::{ESTIMATE_FACTOR, NOISE_OF_ACCELERATION, SAFE_CONDITIONING};
+use crate::constants::{NOISE_OF_ACCELERATION, SAFE_CONDITIONING};
 use crate::decomposition::Decomposition;
 use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
-use crate::null_space::NullSpace;
 use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut, Margin};
 use crate::rank::{Fading, Gap};
@@ -185,23 +184,7 @@ fn decide<Y: Mechanism>(
     lambda: Option<&mut [Y::Scalar]>,
 ) -> Result<Constraint, Error> {
     let (_, q, u) = state;
-    let eliminated = match lambda {
-        None if Decomposition::eliminates(system) => {
-            eliminated(system, dimensions, state, workspace, out)?
-        }
-        _ => None,
-    };
-    if let Some(Kept { rank, .. }) = eliminated.filter(is_strong) {
-        return Ok(Constraint::strong(rank));
-    }
     let gap = Gap::at(system, q, workspace)?;
-    if let Some(kept) = eliminated
-        && gap.is_clear(&kept)
-        && !gap.is_below(zone, &kept)
-    {
-        let is_weak = gap.is_below(surely_weak(), &kept);
-        return Ok(Constraint { rank: kept.rank, is_weak, is_closed: gap.is_closed() });
-    }
     let (constraint, kept) = general(system, dimensions, state, gap, workspace, out, lambda)?;
     let fades = |kept: &Kept<Y::Scalar>| {
         // A direction that is kept shows itself where rounding of the state makes little of the
@@ -221,41 +204,6 @@ fn decide<Y: Mechanism>(
         }
     }
     Ok(constraint)
-}
-
-/// Whether rows are independent and far from dependence, however much the loops are open.
-fn is_strong<S: Scalar>(kept: &Kept<S>) -> bool {
-    !Gap::closed().is_below(surely_weak(), kept)
-}
-
-/// A direction is weak below this share of the strongest, by an estimate that is on the small side.
-fn surely_weak<S: Scalar>() -> S {
-    Fading::<S>::of_rounding().weak / S::from_f64(ESTIMATE_FACTOR)
-}
-
-/// By elimination with pivots of this state, into `out`: the rank, and what led to it. Nothing where that does not show it,
-/// or where the joints would need more room than there is.
-fn eliminated<Y: Mechanism>(
-    system: &Y,
-    dimensions: Dimensions,
-    (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
-    mut workspace: &mut [Y::Scalar],
-    out: &mut [Y::Scalar],
-) -> Result<Option<Kept<Y::Scalar>>, Error> {
-    let (n, c) = (dimensions.speeds, dimensions.rows + dimensions.drives);
-    if c == 0 {
-        return Ok(None);
-    }
-    let mass = split(&mut workspace, n * n)?;
-    let jacobian = split(&mut workspace, c * n)?;
-    let gamma = split(&mut workspace, c)?;
-    write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian, gamma })?;
-    let wanted = gamma.iter().map(|gamma| -*gamma);
-    let cut = Gap::closed().cut();
-    let Some(mut space) = NullSpace::of(jacobian, wanted, [c, n], cut, workspace)? else {
-        return Ok(None);
-    };
-    Ok(space.solve(mass, out)?.then_some(space.kept))
 }
 
 /// By the factor of M, with a decision on the rank and what led to it.

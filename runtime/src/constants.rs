@@ -106,23 +106,6 @@ constants! {
     /// hardly ever does by more than ten.
     CLEAR_FACTOR: f64 = 100.0;
 
-    /// The smallest singular value is known to this factor by solutions for right-hand sides of random signs.
-    ///
-    /// They measure the root of the sum of the squares of all entries of the inverse, which is the larger
-    /// the more directions fade: the error is on the safe side but for chance.
-    ESTIMATE_FACTOR: f64 = 4.0;
-
-    /// Rounding may turn speeds by this share where they are corrected by elimination.
-    ///
-    /// Straight-line elimination allows as much for a sheet of 6 x 6 plates.
-    TURN_BY_ROUNDING: f64 = 1e-8;
-
-    /// Largest entry of the directions of an elimination with which it serves.
-    ///
-    /// An error of a free speed is so many times larger in others; with pivots chosen at the state, entries are
-    /// a few units.
-    LARGEST_DIRECTION: f64 = 20.0;
-
     /// Passes of orthogonalisation over all pairs of rows.
     ///
     /// Two are enough (W. Kahan, in B. N. Parlett, "The Symmetric Eigenvalue Problem", 6-9).

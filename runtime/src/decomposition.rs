@@ -10,7 +10,6 @@ use crate::linear::{
     Kept, clearly_independent, forward, forward_rows, keep, normalise, orthogonalise,
     orthogonalise_independent, reduce, reduce_groups, rows_of_mut,
 };
-use crate::plumbing::Dimensions;
 use crate::rank::Gap;
 use crate::{Error, Mechanism, Scalar};
 
@@ -31,14 +30,6 @@ impl Decomposition {
     #[inline]
     pub fn of<Y: Mechanism>(system: &Y) -> Self {
         Self::for_speeds(system.dimensions().speeds)
-    }
-
-    /// Whether rows of J are eliminated first, with pivots of the state ([`NullSpace`](crate::null_space::NullSpace)): where
-    /// there are many speeds, or several loops, whose rows depend on each other. Firmware with one loop does without.
-    #[inline]
-    pub fn eliminates<Y: Mechanism>(system: &Y) -> bool {
-        let Dimensions { speeds, loops, .. } = system.dimensions();
-        speeds > FEW_SPEEDS || loops > 1
     }
 
     /// For rows of n columns.
@@ -68,7 +59,6 @@ impl Decomposition {
 
     /// As [`independent`](Self::independent), of the nine rows of each loop and a row of each driven joint. Within a loop
     /// most are redundant.
-    #[cfg(test)]
     pub fn independent_of_loops<S: Scalar>(
         self,
         jacobian: &mut [S],
@@ -77,27 +67,16 @@ impl Decomposition {
         gap: Gap<S>,
     ) -> Result<Kept<S>, Error> {
         let width = rhs.len() / m.max(1);
-        let m = self.reduce_loops(jacobian, rhs, [m, n], gap)?;
-        let (jacobian, rhs) = (rows_of_mut(jacobian, n, 0..m)?, rows_of_mut(rhs, width, 0..m)?);
-        self.independent(jacobian, rhs, [m, n], gap)
-    }
-
-    /// Moves rows to the front that span the nine rows of each loop and a row of each driven joint: their number.
-    pub fn reduce_loops<S: Scalar>(
-        self,
-        jacobian: &mut [S],
-        rhs: &mut [S],
-        [m, n]: [usize; 2],
-        gap: Gap<S>,
-    ) -> Result<usize, Error> {
-        match self {
-            Self::SingularValues => reduce(jacobian, rhs, m, n),
+        let m = match self {
+            Self::SingularValues => reduce(jacobian, rhs, m, n)?,
             Self::PivotedQr => {
                 // What is left out is far below the cut, also of all loops together.
                 let least = gap.cut() / S::from_f64(CLEAR_FACTOR * CLEAR_FACTOR);
-                reduce_groups(jacobian, rhs, [m, n], RESIDUALS_OF_LOOP, least)
+                reduce_groups(jacobian, rhs, [m, n], RESIDUALS_OF_LOOP, least)?
             }
-        }
+        };
+        let (jacobian, rhs) = (rows_of_mut(jacobian, n, 0..m)?, rows_of_mut(rhs, width, 0..m)?);
+        self.independent(jacobian, rhs, [m, n], gap)
     }
 
     /// As [`independent`](Self::independent), of unit length.

@@ -114,7 +114,6 @@ mod linearised;
 mod linearization;
 mod mechanism;
 mod names;
-mod null_space;
 mod passage;
 pub mod plumbing;
 mod projection;

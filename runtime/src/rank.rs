@@ -21,8 +21,8 @@
 //! weakest direction, are always dropped.
 
 use crate::constants::{
-    ACCEPTABLE, CLEAR_FACTOR, CLOSED, CLOSED_EPSILONS, ESTIMATE_FACTOR, KANTOROVICH_BOUND,
-    LARGEST_GAP, PASSING_FACTOR, REDUNDANT_FACTOR, WEAK_SHARE,
+    ACCEPTABLE, CLOSED, CLOSED_EPSILONS, KANTOROVICH_BOUND, LARGEST_GAP, PASSING_FACTOR,
+    REDUNDANT_FACTOR, WEAK_SHARE,
 };
 use crate::linear::{Kept, max_abs};
 use crate::plumbing::Dimensions;
@@ -95,6 +95,7 @@ impl<S: Scalar> Gap<S> {
     }
 
     /// Of loops closed to rounding.
+    #[cfg(test)]
     pub fn closed() -> Self {
         Self(S::from_f64(CLOSED_EPSILONS) * S::EPSILON)
     }
@@ -128,13 +129,6 @@ impl<S: Scalar> Gap<S> {
     /// Whether a direction that is kept or dropped has faded to less than this share of the strongest.
     pub fn is_below(self, share: S, kept: &Kept<S>) -> bool {
         kept.least < share || kept.dropped > S::from_f64(REDUNDANT_FACTOR) * self.0 / kept.least
-    }
-
-    /// Whether the rank is clear by an estimate: what is kept is above the cut, and what is dropped far below.
-    pub fn is_clear(self, kept: &Kept<S>) -> bool {
-        let cut = self.cut();
-        kept.least > S::from_f64(ESTIMATE_FACTOR) * cut
-            && kept.dropped * S::from_f64(CLEAR_FACTOR) <= cut
     }
 
     /// Returns the largest error of a direction with this singular value, rad.

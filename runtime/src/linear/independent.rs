@@ -96,7 +96,7 @@ fn take_out<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
 }
 
 /// a . b by several sums side by side, which do not wait for each other.
-pub(crate) fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
+fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
     let mut sums = [S::ZERO; PARTS_OF_SUM];
     let (a, b) = (a.chunks_exact(PARTS_OF_SUM), b.chunks_exact(PARTS_OF_SUM));
     let rest = dot(a.remainder(), b.remainder());

@@ -17,9 +17,7 @@ pub(crate) use cholesky::{
     backward, conditioning, factor, forward, forward_rows, times_lower, times_upper,
 };
 pub(crate) use householder::{reflect, solve};
-pub(crate) use independent::{
-    clearly_independent, dot_in_parts, orthogonalise_independent, reduce_groups,
-};
+pub(crate) use independent::{clearly_independent, orthogonalise_independent, reduce_groups};
 pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};
 
 use core::ops::Range;

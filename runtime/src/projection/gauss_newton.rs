@@ -6,12 +6,11 @@
 
 use super::worst_loop;
 use crate::acceleration::{blame, not_finite};
-use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, TURN_BY_ROUNDING, UNDECIDED_FACTOR};
+use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, UNDECIDED_FACTOR};
 use crate::decomposition::Decomposition;
 use crate::linear::{
     add_scaled, backward, combine, copy, dot, factor, max_abs, normalise, rows_of_mut, set_scaled,
 };
-use crate::null_space::NullSpace;
 use crate::plumbing::EquationsMut;
 use crate::rank::{Gap, closed_to_rounding};
 use crate::workspace::split;
@@ -31,10 +30,6 @@ pub(super) struct GaussNewton<'a, S> {
     jacobian: &'a mut [S],
     /// N.
     pub(super) step: &'a mut [S],
-    /// Whether rows are eliminated first.
-    eliminates: bool,
-    /// What is left of the workspace.
-    room: &'a mut [S],
 }
 
 impl<'a, S: Scalar> GaussNewton<'a, S> {
@@ -59,13 +54,15 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
             system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma })?;
         }
         factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
-        let residual = split(&mut workspace, r)?;
-        let jacobian = split(&mut workspace, r * n)?;
-        let step = split(&mut workspace, n)?;
-        let place = split(&mut workspace, dimensions.coordinates)?;
-        let (loops, room) = (dimensions.loops, workspace);
-        let eliminates = Decomposition::eliminates(system);
-        Ok((Self { t, loops, mass, residual, jacobian, step, eliminates, room }, place))
+        let closure = Self {
+            t,
+            loops: dimensions.loops,
+            mass,
+            residual: split(&mut workspace, r)?,
+            jacobian: split(&mut workspace, r * n)?,
+            step: split(&mut workspace, n)?,
+        };
+        Ok((closure, split(&mut workspace, dimensions.coordinates)?))
     }
 
     /// The residual r becomes a J u + b r, where for a driven joint the prescribed speed is taken from J u.
@@ -136,15 +133,8 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         length: S,
     ) -> Result<usize, Error> {
         let (n, m) = (self.step.len(), self.residual.len());
-        let m = decomposition.reduce_loops(self.jacobian, self.residual, [m, n], gap)?;
-        if self.eliminates
-            && let Some(rank) = self.eliminate(m, gap, length)?
-        {
-            return Ok(rank);
-        }
-        let (jacobian, residual) =
-            (rows_of_mut(self.jacobian, n, 0..m)?, rows_of_mut(self.residual, 1, 0..m)?);
-        let k = decomposition.independent(jacobian, residual, [m, n], gap)?.rank;
+        let kept = decomposition.independent_of_loops(self.jacobian, self.residual, [m, n], gap)?;
+        let k = kept.rank;
         let (jacobian, residual) =
             (rows_of_mut(self.jacobian, n, 0..k)?, rows_of_mut(self.residual, 1, 0..k)?);
         let singular = |row: &[S]| dot(row, row).sqrt();
@@ -161,29 +151,6 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         combine(jacobian, residual, self.step);
         backward(self.mass, self.step);
         Ok(k)
-    }
-
-    /// As [`solve`](Self::solve), of the first m rows, by elimination with pivots of this state: the rank. Nothing, and
-    /// rows as they were, where that does not show it, or where rounding would turn speeds.
-    fn eliminate(&mut self, m: usize, gap: Gap<S>, length: S) -> Result<Option<usize>, Error> {
-        let n = self.step.len();
-        let mut rest = &mut *self.jacobian;
-        let rows = split(&mut rest, m * n)?;
-        if rest.len() < rows.len() {
-            return Ok(None);
-        }
-        let reduced = split(&mut rest, m * n)?;
-        copy(reduced, rows)?;
-        let wanted = self.residual.iter().take(m).map(|residual| -*residual);
-        let Some(mut space) = NullSpace::of(reduced, wanted, [m, n], gap.cut(), self.room)? else {
-            return Ok(None);
-        };
-        let kept = space.kept;
-        let turns = gap.uncertainty(kept.least) > S::from_f64(TURN_BY_ROUNDING);
-        if !gap.is_clear(&kept) || (turns && length > S::ZERO) {
-            return Ok(None);
-        }
-        Ok(space.least(self.mass, self.step)?.then_some(kept.rank))
     }
 
     /// Leaves residual and Jacobian at the final q; returns the largest residual.
