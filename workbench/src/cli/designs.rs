@@ -2,7 +2,7 @@
 
 use lamc_workbench::motion::Motion;
 use lamc_workbench::optimise::Problem;
-use lamc_workbench::optimise::goals::{Aim, Measure};
+use lamc_workbench::optimise::goals::{Aim, Clearance, Measure};
 use lamc_workbench::picture::{Picture, Renderer, View};
 use lamc_workbench::rest::settle;
 use lamc_workbench::scene::{Moment, Scene};
@@ -56,6 +56,10 @@ fn is_about_rest(problem: &Problem<'_>) -> bool {
                 | Measure::Energy
                 | Measure::Stiffness { .. }
                 | Measure::Frequency(_)
+                | Measure::Torque(_)
+                | Measure::Force(_)
+                | Measure::Settle(_)
+                | Measure::Clearance(Clearance { turned: None, .. })
         )
     };
     measures.into_iter().any(of_rest)
