@@ -42,7 +42,9 @@ const DOUBLE: f64 = 1e-7;
 
 /// Steps of inverse iteration: each shrinks other vectors by the ratio of their eigenvalues to rounding.
 const INVERSE: usize = 3;
-/// What is left of a matrix times its null vector, over the size of the matrix.
+/// Steps of Newton's method for an eigenvalue that is known to some digits.
+const STEPS: usize = 3;
+/// What is left of a matrix times its null vector, over the size of its parts.
 const SINGULAR: f64 = 1e-9;
 
 /// M, C and K, or their derivatives by a variable, with N or dN.
@@ -71,51 +73,68 @@ pub fn frequency(
     let found = rest.motions.modes.get(mode).map(|mode| mode.eigenvalue);
     let [real, imaginary] =
         found.ok_or_else(|| format!("the state of rest has no mode {}", mode + 1))?;
-    let s = Complex::new(real, imaginary);
     let (small, changes) = small(design, resting);
-    let sum = |s: Complex<f64>, small: &Small| {
-        let [mass, damping, stiffness] =
-            [&small.mass, &small.damping, &small.stiffness].map(|it| it.map(Complex::from));
-        mass * (s * s) + damping * s + stiffness
-    };
-    // What rounding leaves of the sum is measured by its parts.
-    let size =
-        small.mass.norm() * s.norm_sqr() + small.damping.norm() * s.norm() + small.stiffness.norm();
-    let at_s = sum(s, &small);
-    let (left, right) = (null_vector(&at_s.adjoint(), size)?, null_vector(&at_s, size)?);
-    let by_eigenvalue =
-        (small.mass.map(Complex::from) * s.scale(2.0) + small.damping.map(Complex::from)) * &right;
-    let divisor = left.dotc(&by_eigenvalue);
-    if divisor.norm() <= DOUBLE * s.norm() * small.mass.norm() {
-        return Err(format!("mode {} coincides with another one", mode + 1));
-    }
-    // The eigenvalue itself is as exact as its vectors allow: what is left is of second order in them.
-    let s = s - left.dotc(&(&at_s * &right)) / divisor;
+    let Simple { s, left, right, divisor } = simple(&small, Complex::new(real, imaginary))
+        .ok_or_else(|| format!("mode {} was not found, or coincides with another one", mode + 1))?;
     let slope = changes.iter().map(|change| {
-        let ds = -left.dotc(&(sum(s, change) * &right)) / divisor;
+        let ds = -left.dotc(&(change.sum(s) * &right)) / divisor;
         (s.conj() * ds).re / s.norm() / TAU
     });
     let slope = RowDVector::from_iterator(changes.len(), slope);
     Ok(Number { value: s.norm() / TAU, slope })
 }
 
-/// The unit vector v with P v = 0, by inverse iteration; `size` is that of the parts of P. (nalgebra 0.34 computes wrong singular
-/// vectors of complex matrices.)
-///
-/// # Errors
-/// There is none.
-fn null_vector(matrix: &DMatrix<Complex<f64>>, size: f64) -> Result<DVector<Complex<f64>>, String> {
+/// An eigenvalue that is no other one's, with its vectors.
+struct Simple {
+    s: Complex<f64>,
+    left: DVector<Complex<f64>>,
+    right: DVector<Complex<f64>>,
+    /// w^* (2 s M + C) v.
+    divisor: Complex<f64>,
+}
+
+/// The eigenvalue near s: what is left of it after each step is of second order in the vectors.
+fn simple(small: &Small, mut s: Complex<f64>) -> Option<Simple> {
+    let mut found = None;
+    for _ in 0..STEPS {
+        let (at_s, size) = (small.sum(s), small.size(s));
+        let (left, right) = (null_vector(&at_s.adjoint(), size)?, null_vector(&at_s, size)?);
+        let by_s = small.mass.map(Complex::from) * s.scale(2.0) + small.damping.map(Complex::from);
+        let divisor = left.dotc(&(by_s * &right));
+        if divisor.norm() <= DOUBLE * s.norm() * small.mass.norm() {
+            return None;
+        }
+        s -= left.dotc(&(&at_s * &right)) / divisor;
+        found = Some(Simple { s, left, right, divisor });
+    }
+    found.filter(|it| (small.sum(s) * &it.right).norm() <= SINGULAR * small.size(s))
+}
+
+impl Small {
+    /// s^2 M + s C + K.
+    fn sum(&self, s: Complex<f64>) -> DMatrix<Complex<f64>> {
+        let [mass, damping, stiffness] =
+            [&self.mass, &self.damping, &self.stiffness].map(|it| it.map(Complex::from));
+        mass * (s * s) + damping * s + stiffness
+    }
+
+    /// The size of the parts of this sum, by which its rounding is measured.
+    fn size(&self, s: Complex<f64>) -> f64 {
+        self.mass.norm() * s.norm_sqr() + self.damping.norm() * s.norm() + self.stiffness.norm()
+    }
+}
+
+/// The unit vector v for which P v is least, by inverse iteration; `size` is that of the parts of P. (Singular vectors of complex
+/// matrices of nalgebra 0.34 are wrong in the fourth digit.)
+fn null_vector(matrix: &DMatrix<Complex<f64>>, size: f64) -> Option<DVector<Complex<f64>>> {
     let n = matrix.nrows();
     // The matrix is singular up to rounding; that moves the vector by as little.
     let lu = (matrix + DMatrix::identity(n, n).scale(f64::EPSILON * size)).lu();
     let mut vector = DVector::from_fn(n, |row, _| Complex::from(1.0 / (row as f64 + 1.0)));
     for _ in 0..INVERSE {
-        vector = lu.solve(&vector).ok_or("the mode was not found")?.normalize();
+        vector = lu.solve(&vector)?.normalize();
     }
-    match (matrix * &vector).norm() <= SINGULAR * size {
-        true => Ok(vector),
-        false => Err("the mode was not found".to_owned()),
-    }
+    Some(vector)
 }
 
 /// The stiffness of a point along an axis about the state of rest, N/m: a small force along it over how far the point
