@@ -53,7 +53,7 @@ pub fn derive(topology: &Topology, geometry: &Geometry) -> Result<Equations, Der
 /// Derives what an acceleration takes, and nothing else: what trees are compared by.
 ///
 /// # Errors
-/// As [`derive`].
+/// As [`fn@derive`].
 pub fn derive_acceleration(
     topology: &Topology,
     geometry: &Geometry,

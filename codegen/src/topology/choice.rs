@@ -4,7 +4,7 @@
 //! rounding. What a tree costs depends on how far its bodies are from the root, because motions and forces are carried
 //! from body to body, and on how many of them are leaves, because what hinges of a comb pass on is shared. Measured on
 //! sheets of Miura-ori and of Yoshimura's pattern, a level more of one body costs some 20 operations of the acceleration,
-//! and a leaf more some 50 ([`estimate`]).
+//! and a leaf more some 50 (`estimate`).
 
 use std::collections::BTreeSet;
 
