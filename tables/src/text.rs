@@ -39,7 +39,7 @@ pub fn encode(functions: &[Rows]) -> String {
 /// The text does not describe so many functions.
 pub fn decode(text: &[u8], functions: usize) -> Result<Vec<Rows>, NotATable> {
     let (mut code, mut prediction) = (Reader::new(text), Prediction::new());
-    // A row takes some bits; a text that is none does not go on for ever.
+    // A row takes at least a part of a bit: reading ends even where the text does not describe any tables.
     let mut left = 64 * text.len() + 64;
     let mut read = || {
         let mut rows = Rows::default();

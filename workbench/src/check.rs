@@ -9,7 +9,7 @@ use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
 use lamc::program::Phase;
 use lamc::program::{Form, FunctionKind, Program};
-use lamc::topology::{Comparison, Topology};
+use lamc::topology::Topology;
 use lamc_runtime::{Mechanism as _, State, Stopped, assemble, equilibrium, project};
 
 use crate::execution::Jit;
@@ -124,34 +124,7 @@ fn write_mobility(text: &mut String, topology: &Topology) -> fmt::Result {
     if !driven.is_empty() {
         writeln!(text, "  driven: {}", driven.join(", "))?;
     }
-    topology.summary_lines().into_iter().try_for_each(|line| writeln!(text, "  {line}"))?;
-    write_tree(text, topology)
-}
-
-/// Writes where the loops are cut, and why there.
-fn write_tree(text: &mut String, topology: &Topology) -> fmt::Result {
-    if topology.loops.is_empty() {
-        return Ok(());
-    }
-    let joints = &topology.mechanism.joints;
-    let cuts = topology.loops.iter().map(|closed| &joints[closed.joint.index()].name);
-    let cuts: Vec<_> = cuts.map(|name| format!("`{name}`")).collect();
-    writeln!(text, "spanning tree: cut at {}", cuts.join(", "))?;
-    match topology.comparison {
-        Some(Comparison { trees, counted: 0, chosen, plain }) => writeln!(
-            text,
-            "  {trees} trees compared by an estimate of their cost: {chosen}, of the plain one {plain}"
-        ),
-        Some(Comparison { trees, counted, chosen, plain }) => writeln!(
-            text,
-            "  {trees} trees compared, {counted} of them by the operations of an acceleration: {chosen}, of the plain \
-             one {plain}"
-        ),
-        None if topology.to_cut.is_empty() => {
-            writeln!(text, "  there is no other tree of its kind")
-        }
-        None => writeln!(text, "  as asked"),
-    }
+    topology.summary_lines().into_iter().try_for_each(|line| writeln!(text, "  {line}"))
 }
 
 /// Writes which method the compiler chose for the accelerations: the one with the fewest operations of those

@@ -50,58 +50,6 @@ pub fn derive(topology: &Topology, geometry: &Geometry) -> Result<Equations, Der
     symbolic::session(|algebra| equations(topology, geometry, algebra))?.map_err(DeriveError::Model)
 }
 
-/// Derives what an acceleration takes, and nothing else: what trees are compared by.
-///
-/// # Errors
-/// As [`fn@derive`].
-pub fn derive_acceleration(
-    topology: &Topology,
-    geometry: &Geometry,
-) -> Result<Equations, DeriveError> {
-    symbolic::session(|algebra| acceleration(topology, geometry, algebra))?
-        .map_err(DeriveError::Model)
-}
-
-fn acceleration(
-    topology: &Topology,
-    geometry: &Geometry,
-    algebra: &mut Algebra<Leaf, Label>,
-) -> Result<Equations, Diagnostics> {
-    let b = &mut Binder::new(topology, geometry, algebra);
-    let frames = Frames::new(topology, geometry);
-    let inertias = Inertias::new(b, &frames);
-    let kinematics = Kinematics::new(b, &frames);
-    let loads = Loads::new(b, &kinematics, &inertias);
-    let forces = GeneralizedForces::new(b, &kinematics, &loads);
-    let mass = MassMatrix::new(b, &kinematics, &inertias);
-    let closure = Closure::new(b, &kinematics);
-    let given = Given::new(b, &closure);
-    let phases = Phases {
-        frames: &frames,
-        kinematics: &kinematics,
-        inertias: &inertias,
-        loads: &loads,
-        closure: &closure,
-    };
-    let reduced = reduced(b, &phases);
-    let by_rows = reduced.is_none() || is_eliminated_by_rows(topology, &closure);
-    let elimination = by_rows.then(|| {
-        let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);
-        bodies.elimination(b)
-    });
-    defined(b)?;
-    Ok(Equations {
-        mass: b.trees(mass.entries()),
-        forcing: b.trees(&forces.forcing),
-        jacobian: b.trees(&closure.jacobian),
-        gamma: b.trees(&closure.gamma),
-        elimination,
-        reduced,
-        bindings: b.bindings(),
-        ..Equations::without_functions(topology.clone(), !geometry.is_fixed())
-    })
-}
-
 fn equations(
     topology: &Topology,
     geometry: &Geometry,

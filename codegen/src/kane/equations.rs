@@ -156,44 +156,6 @@ pub struct Reduced {
 }
 
 impl Equations {
-    /// Returns equations of which nothing was derived.
-    pub fn without_functions(topology: Topology, is_parametric: bool) -> Self {
-        let gaps = GapTrees {
-            gap: Vec::new(),
-            friction: Vec::new(),
-            normal: Vec::new(),
-            velocity: Vec::new(),
-        };
-        Self {
-            topology,
-            is_parametric,
-            facts: Vec::new(),
-            bindings: Vec::new(),
-            mass: Vec::new(),
-            forcing: Vec::new(),
-            jacobian: Vec::new(),
-            gamma: Vec::new(),
-            elimination: None,
-            reduced: None,
-            row_velocity: Vec::new(),
-            row_residual: Vec::new(),
-            residual: Vec::new(),
-            residual_jacobian: Vec::new(),
-            poses: Vec::new(),
-            points: Vec::new(),
-            contacts: Vec::new(),
-            gaps,
-            drives: Vec::new(),
-            imbalance: Vec::new(),
-            opening: Vec::new(),
-            reactions: Vec::new(),
-            momentum: None,
-            control: None,
-            kinetic_energy: Tree::Rational(0, 1),
-            potential_energy: Tree::Rational(0, 1),
-        }
-    }
-
     /// Returns the mechanism that the equations describe.
     pub fn mechanism(&self) -> &Mechanism {
         &self.topology.mechanism

@@ -67,5 +67,5 @@ mod wrench;
 #[cfg(test)]
 mod tests;
 
-pub use derive::{DeriveError, derive, derive_acceleration};
+pub use derive::{DeriveError, derive};
 pub use equations::*;

@@ -127,8 +127,6 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         mobility: n,
         assembled: None,
         warnings: Default::default(),
-        to_cut: Vec::new(),
-        comparison: None,
     }
 }
 

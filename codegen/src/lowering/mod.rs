@@ -63,22 +63,6 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
     Program { interface, facts: facts::facts(equations), functions }
 }
 
-/// Returns how many operations an acceleration takes; those of its equations where solving them is left to the runtime.
-pub fn operations_of_acceleration(equations: &Equations) -> usize {
-    let interface = interface::interface(equations, "", "");
-    let passes = Passes { interface: &interface };
-    let solved = solution::acceleration(equations, |function| passes.optimise(function));
-    let Some(solved) = solved else { return solution::unsolved(equations).cost().total() };
-    let mut found = vec![solved];
-    constants::snap(&mut found);
-    let mut drawing = Drawing::default();
-    let counted = found.into_iter().map(|function| match equations.is_parametric {
-        true => dead::dead(drawing.hoist(function)),
-        false => passes.reduce(function),
-    });
-    counted.map(|function| function.cost().total()).sum()
-}
-
 /// Passes that belong together.
 struct Passes<'a> {
     interface: &'a Interface,

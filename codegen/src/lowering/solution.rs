@@ -25,61 +25,6 @@ const MOST_DERIVATIVES: usize = 10_000;
 /// Terms of a factor by entry beyond which it is not tried: an elimination by body is cheaper.
 const MOST_ENTRIES: usize = 4_000;
 
-/// [`FunctionKind::Acceleration`] alone, optimised; nothing where solving the equations is left to the runtime.
-pub fn acceleration(
-    equations: &Equations,
-    optimise: impl Fn(Function) -> Function,
-) -> Option<Function> {
-    let function = solved(equations, FunctionKind::Acceleration, true, optimise);
-    Some(function).filter(|function| !function.outputs.is_empty())
-}
-
-/// M, f, J and gamma, not optimised.
-pub fn unsolved(equations: &Equations) -> Function {
-    fold::fold(functions::by_entry(equations, FunctionKind::Acceleration))
-}
-
-/// Returns whether the rows of the closure are independent, and no joint is driven.
-fn is_regular(equations: &Equations) -> bool {
-    // Rows that depend on each other everywhere have no factor.
-    equations.topology.rank == equations.gamma.len() && !is_driven(equations)
-}
-
-fn is_driven(equations: &Equations) -> bool {
-    equations.topology.mechanism.joints.iter().any(|joint| joint.drive.is_some())
-}
-
-/// Returns the fastest solution with at most so many operations, optimised; a function without outputs if there is none.
-fn best(
-    kind: FunctionKind,
-    most: usize,
-    candidates: Vec<Function>,
-    optimise: impl Fn(Function) -> Function,
-) -> Function {
-    // Operations, and what they wait for each other.
-    let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
-    let best = candidates.into_iter().map(&optimise).min_by_key(time);
-    let none = Function { kind, instructions: Vec::new(), outputs: Vec::new() };
-    best.filter(|function| function.cost().total() <= most).unwrap_or(none)
-}
-
-/// Returns the fastest solution, if it is `wanted`.
-fn solved(
-    equations: &Equations,
-    kind: FunctionKind,
-    wanted: bool,
-    optimise: impl Fn(Function) -> Function,
-) -> Function {
-    let regular = is_regular(equations);
-    let solvable = regular || (equations.reduced.is_some() && !is_driven(equations));
-    let most = if equations.reduced.is_some() { MOST_OF_SHEETS } else { MOST_OPERATIONS };
-    let candidates = match wanted && solvable {
-        true => candidates(equations, kind, regular),
-        false => Vec::new(),
-    };
-    best(kind, most, candidates, optimise)
-}
-
 /// [`FunctionKind::Acceleration`], [`FunctionKind::Projection`], [`FunctionKind::Jacobian`] and
 /// [`FunctionKind::JacobianParams`], optimised; `tangent` is [`FunctionKind::Tangent`].
 pub fn functions(
@@ -89,7 +34,22 @@ pub fn functions(
 ) -> [Function; 4] {
     use FunctionKind::{Acceleration, Jacobian, JacobianParams, Projection};
     let topology = &equations.topology;
-    let regular = is_regular(equations);
+    let none = |kind| Function { kind, instructions: Vec::new(), outputs: Vec::new() };
+    let driven = topology.mechanism.joints.iter().any(|joint| joint.drive.is_some());
+    // Rows that depend on each other everywhere have no factor.
+    let regular = topology.rank == equations.gamma.len() && !driven;
+    let solvable = regular || (equations.reduced.is_some() && !driven);
+    let most = if equations.reduced.is_some() { MOST_OF_SHEETS } else { MOST_OPERATIONS };
+    let best = |kind, most: usize, candidates: Vec<Function>| {
+        // Operations, and what they wait for each other.
+        let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
+        let best = candidates.into_iter().map(&optimise).min_by_key(time);
+        best.filter(|function| function.cost().total() <= most).unwrap_or_else(|| none(kind))
+    };
+    let solved = |kind, wanted: bool| {
+        let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };
+        best(kind, most, candidates)
+    };
     let speeds = topology.mechanism.speeds();
     let parameters = topology.mechanism.parameters.len();
     let derivatives = |kind, directions: usize| {
@@ -97,11 +57,11 @@ pub fn functions(
         let differentiable =
             regular && small && directions > 0 && entries(equations) <= MOST_ENTRIES;
         let function = differentiable.then(|| jacobian(equations, tangent, kind));
-        best(kind, MOST_DERIVATIVES, function.into_iter().collect(), &optimise)
+        best(kind, MOST_DERIVATIVES, function.into_iter().collect())
     };
     [
-        solved(equations, Acceleration, true, &optimise),
-        solved(equations, Projection, !topology.loops.is_empty(), &optimise),
+        solved(Acceleration, solvable),
+        solved(Projection, solvable && !topology.loops.is_empty()),
         derivatives(Jacobian, 2 * speeds + 1),
         derivatives(JacobianParams, parameters),
     ]

@@ -1,8 +1,6 @@
 //! The pipeline: every stage of the compiler, in order.
 
 mod output;
-#[cfg(feature = "derive")]
-mod tree;
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -200,7 +198,7 @@ impl Read<'_> {
     pub fn derive(&self, mut enter: impl FnMut(Stage, usize)) -> Result<Derived, CompileError> {
         let joints = self.model.joints.len();
         enter(Stage::Topology, joints);
-        let (topology, warnings) = tree::cheapest(&self.model)?;
+        let (topology, warnings) = analysed(&self.model)?;
         range::check(&self.model, &topology)?;
         let geometry = Geometry::new(&self.model, &topology.mechanism)?;
         enter(Stage::Equations, joints);

@@ -53,23 +53,6 @@ pub struct Topology {
     pub assembled: Option<Vec<f64>>,
     /// Warnings (near misses, immobile loops).
     pub warnings: Diagnostics,
-    /// The joints that were left for last when the tree grew: others with them grow the same tree.
-    pub to_cut: Vec<JointId>,
-    /// How the tree was chosen; nothing if there was none to compare it with.
-    pub comparison: Option<Comparison>,
-}
-
-/// Why a tree was chosen: no other that was compared is cheaper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Comparison {
-    /// How many trees were compared by what they are estimated to cost.
-    pub trees: usize,
-    /// How many of them were compared by the operations of an acceleration; 0 where counting takes too long.
-    pub counted: usize,
-    /// Cost of the chosen tree: operations of an acceleration if trees were counted, else its estimate.
-    pub chosen: usize,
-    /// The same of the plain tree, which a breadth-first walk finds.
-    pub plain: usize,
 }
 
 /// An elimination of the dependent speeds, with the same pivots at every state.

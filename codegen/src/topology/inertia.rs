@@ -32,15 +32,15 @@ const ON_LINE: f64 = 1e-9;
 /// Spatial inertia about the origin of the base frame.
 type Spatial = SMatrix<f64, 6, 6>;
 
-/// Grows a tree, with loops cut at these joints, in which every joint moves some inertia, in the initial configuration.
+/// Grows a tree in which every joint moves some inertia, in the initial configuration.
 ///
 /// If the mass of a body in a loop lies on one of its hinge lines, another hinge can be its parent
 /// joint. If the tree chose that hinge, loops are cut at other joints.
 ///
 /// # Errors
 /// Returns the errors of [`tree::grow`], and joints about which nothing resists rotation.
-pub fn grow(mechanism: &Mechanism, cuts: &[JointId]) -> Result<Tree, Diagnostics> {
-    let mut cuts = cuts.to_vec();
+pub fn grow(mechanism: &Mechanism) -> Result<Tree, Diagnostics> {
+    let mut cuts = mechanism.cuts.clone();
     let mut tree = tree::grow(mechanism, &cuts)?;
     let mut idle = idle(mechanism, &tree);
     // At most one cut for each loop.

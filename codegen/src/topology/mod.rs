@@ -1,7 +1,6 @@
 //! Stage 3: [`Mechanism`] -> [`Topology`]: makes the hinge lines of rounded drawings exact, grows a
 //! spanning tree, and finds its loops and the mobility.
 
-pub mod choice;
 mod class;
 mod closure;
 mod cycles;
@@ -38,17 +37,8 @@ use tree::Cut;
 /// Returns errors for joints that can never turn or about which nothing resists rotation, for
 /// bodies that no chain of joints connects with the ground or a free body, and for free bodies that one
 /// connects with either.
-pub fn build(mechanism: Mechanism) -> Result<Topology, Diagnostics> {
-    let cuts = mechanism.cuts.clone();
-    build_cut(mechanism, cuts)
-}
-
-/// As [`build`], with loops cut at these joints, not at those that the model names.
-///
-/// # Errors
-/// As [`build`], and joints that close no loop.
-pub fn build_cut(mut mechanism: Mechanism, to_cut: Vec<JointId>) -> Result<Topology, Diagnostics> {
-    let tree = inertia::grow(&mechanism, &to_cut)?;
+pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
+    let tree = inertia::grow(&mechanism)?;
     let drawn = mechanism.joints.clone();
     rounded::straighten(&mut mechanism);
     let (cuts, copies) = sides::shortest(&mechanism, &tree);
@@ -81,8 +71,6 @@ pub fn build_cut(mut mechanism: Mechanism, to_cut: Vec<JointId>) -> Result<Topol
         reduction,
         assembled: whole.assembled,
         warnings,
-        to_cut,
-        comparison: None,
         mechanism,
     })
 }

@@ -4,7 +4,7 @@
 //! change the drawing, these are compared at many other values, and so is whether the drawing is possible: at each end
 //! of each range, at its corners, and between.
 
-use super::{Topology, build, build_cut};
+use super::{Topology, build};
 use crate::laminate;
 use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, Severity, SourceModel, Span};
@@ -39,12 +39,6 @@ pub fn analysed(model: &SourceModel) -> Result<(Topology, Diagnostics), Diagnost
     let topology = build(mechanism)?;
     warnings.extend(topology.warnings.0.iter().cloned());
     Ok((topology, warnings))
-}
-
-/// Returns the topology of a model with loops cut where those of `topology` are.
-fn cut_alike(model: &SourceModel, topology: &Topology) -> Result<Topology, Diagnostics> {
-    let mechanism = laminate::build(model, &mut Diagnostics::default())?;
-    build_cut(mechanism, topology.to_cut.clone())
 }
 
 /// Compares the structure of a model over the ranges of its parameters with that at their defaults.
@@ -86,7 +80,7 @@ pub fn at(
             return Err(error.hint("widen the range, or choose another value").into());
         }
     }
-    let found = cut_alike(&model.at(values), topology)?;
+    let (found, _) = analysed(&model.at(values))?;
     match topology.difference(&found) {
         None => Ok(found),
         Some(_) => {
@@ -140,8 +134,8 @@ fn range(model: &SourceModel, index: usize) -> [f64; 2] {
 }
 
 fn change(model: &SourceModel, topology: &Topology, values: &[f64]) -> Option<Change> {
-    match cut_alike(&model.at(values), topology) {
-        Ok(found) => topology.difference(&found).map(Change::Structure),
+    match analysed(&model.at(values)) {
+        Ok((found, _)) => topology.difference(&found).map(Change::Structure),
         Err(problems) => {
             let error = problems.0.into_iter().find(|it| it.severity == Severity::Error);
             error.map(|error| Change::Impossible(Box::new(error)))

@@ -94,9 +94,8 @@ fn compare(case: &Case, state: &State64, found: &[Answer]) {
         if due == 0 {
             let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
             assert!(finite(numbers) && finite(&expected), "{where_}");
-            // An assembly ends where its steps are short (`RESULT_NEAR`). From an angle of 1e9 rad, which is known to 1e-7,
-            // it ends next to a stop half a turn away, where steps shrink slowly: there the ends of two are some 1e-4 apart.
-            let allowed = if what == "assembled" { 1e-3 } else { 1e-6 };
+            // An assembly ends near the nearest configuration: `RESULT_NEAR`.
+            let allowed = if what == "assembled" { 1e-4 } else { 1e-6 };
             let error = relative_error(numbers, &expected);
             assert!(error <= allowed, "{where_}: {error:e}");
         } else if what == "assembled" || what.ends_with("after steps") {
