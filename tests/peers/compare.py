@@ -1,10 +1,11 @@
 """Compares lamc with CasADi, MuJoCo and Pinocchio in one run: all results must agree, then all are timed in turns.
 
-    compare.py LAMC PEERS [--quick] [--document] [--contacts] [--gradient]
+    compare.py LAMC PEERS [--quick] [--document] [--contacts] [--gradient] [--sheets]
 
 LAMC is the compiler, PEERS the program that exports models. Results go to target/peers/results.json
 and, as text, to standard output; --document puts them into docs/PERFORMANCE.md and draws its plots.
---quick takes few mechanisms and short batches, --contacts only robots on the ground, --gradient only the gradient of a motion. Times are processor time of this thread.
+--quick takes few mechanisms and short batches, --contacts only robots on the ground, --gradient only the gradient of a motion,
+--sheets only sheets. Times are processor time of this thread.
 """
 
 import argparse
@@ -27,10 +28,15 @@ from timing import measured
 
 CHAINS = [1, 2, 3, 6, 12, 24, 48, 96]
 # Kind, rows, columns.
-SHEETS = [("miura", 3, 3), ("miura", 4, 4), ("miura", 6, 6), ("miura", 8, 8), ("yoshimura", 4, 5)]
+SHEETS = [("miura", n, n) for n in (3, 4, 6, 8, 12, 16, 20)] + [
+    ("yoshimura", rows, columns) for rows, columns in ((4, 5), (6, 6), (8, 8), (12, 12))
+]
 STATES = 64
-# Other functions of lamc's module.
+# Of sheets, few: those of the largest take seconds each.
+STATES_OF_SHEETS = 8
+# Other functions of lamc's module. Derivatives of sheets are full matrices.
 OWN = ("chained_accelerations", "rk4_steps", "rodas_steps", "jacobians")
+OWN_OF_SHEETS = ("rk4_steps",)
 # CasADi's factored chains grow as n^3, and gcc's time grows as the square of that: gcc cannot compile longer chains.
 LARGEST_FACTORED = 24
 
@@ -43,6 +49,7 @@ def main():
     parser.add_argument("--document", action="store_true")
     parser.add_argument("--contacts", action="store_true")
     parser.add_argument("--gradient", action="store_true")
+    parser.add_argument("--sheets", action="store_true")
     options = parser.parse_args()
     if platform.machine() != "x86_64":
         sys.exit("the bound and the clock are those of x86-64: nothing is compared here")
@@ -53,6 +60,13 @@ def main():
     p.native("build", "-p", "lamc-runtime", "--features", "std")
     profile = "users (release)" if "release" in options.lamc else "development"
     results = {"machine": {**machine(), "profile": profile, "clock": clock()}}
+    results["sheets"] = {} if options.quick or options.contacts else measured_of(sheets(options), options)
+    if options.sheets:
+        print("\n" + report.sheets(results))
+        if options.document:
+            report.replace(results, [report.sheets])
+            report.plot_sheets(results)
+        return
     results["contacts"] = contacts.compare(options)
     if options.contacts:
         print("\n" + report.contacts(results))
@@ -60,11 +74,7 @@ def main():
             report.replace(results, [report.contacts])
         return
     gradient.compare(options)
-    results["mechanisms"] = {}
-    for name, path in mechanisms(options):
-        found = mechanism(name, path, options)
-        results["mechanisms"][name] = found
-        print(report.line(name, found), flush=True)
+    results["mechanisms"] = measured_of(mechanisms(options), options)
     results["lanes"] = {} if options.quick else lanes()
     (p.WORK / "results.json").write_text(json.dumps(results, indent=1) + "\n")
     print("\n" + report.tables(results))
@@ -86,18 +96,36 @@ def mechanisms(options):
         path = p.WORK / f"chain{n}.yaml"
         path.write_text(p.output(options.peers, "chain", n))
         found.append((path.stem, path))
-    for kind, rows, columns in [] if options.quick else SHEETS:
+    return found
+
+
+def sheets(options):
+    """As `mechanisms`, of sheets."""
+    found = []
+    for kind, rows, columns in SHEETS:
         path = p.WORK / f"{kind}{rows}x{columns}.yaml"
         path.write_text(p.output(options.peers, kind, rows, columns))
         found.append((path.stem, path))
     return found
 
 
+def measured_of(models, options):
+    """What is measured of each of these models, by its name."""
+    results = {}
+    for name, path in models:
+        results[name] = mechanism(name, path, options)
+        print(report.line(name, results[name]), flush=True)
+    return results
+
+
 def mechanism(name, path, options):
     """Builds, checks and times all programs that support this mechanism."""
     exported = p.WORK / f"{name}.json"
-    exported.write_text(p.output(options.peers, "export", path, STATES))
+    is_sheet = name.startswith(("miura", "yoshimura"))
+    states = STATES_OF_SHEETS if is_sheet else STATES
+    exported.write_text(p.output(options.peers, "export", path, states))
     model = Model(exported)
+    extras = OWN_OF_SHEETS if is_sheet else OWN
     own = p.Lamc(options.lamc, name, path)
     entries = {"lamc": (own.peer(model), {})}
     entries |= p.casadi_peers(name, exported, LARGEST_FACTORED)
@@ -109,7 +137,7 @@ def mechanism(name, path, options):
     if "lamc" in refused:
         sys.exit(f"{name}: the compiled module differs from its interpreter")
     functions = {label: peer for label, (peer, _) in agreeing.items()}
-    functions |= {extra: own.other(model, extra) for extra in OWN}
+    functions |= {extra: own.other(model, extra) for extra in extras}
     times = measured(functions, model, options.quick)
     base = np.array(times["lamc"])
     # The bound is for the six-bar: functions of chains are split into parts, sheets are solved by loops.
@@ -117,6 +145,7 @@ def mechanism(name, path, options):
     instructions = bound.disassembled(own.path, "::write_acceleration") if is_single else []
     return {
         "n": model.n,
+        "loops": len(model.loops),
         "states": len(model.q),
         "derivation_s": own.derivation,
         "compilation_s": own.compilation,
@@ -139,7 +168,7 @@ def mechanism(name, path, options):
                 "ns": statistics.median(times[extra]),
                 "ratio": float(np.median(np.array(times[extra]) / base)),
             }
-            for extra in OWN
+            for extra in extras
         },
     }
 

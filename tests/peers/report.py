@@ -1,5 +1,6 @@
 """Results as Markdown, as plots, and in docs/PERFORMANCE.md."""
 
+import math
 import re
 
 import bound
@@ -10,13 +11,21 @@ FIGURES = p.WORKSPACE / "docs" / "figures"
 COLUMNS = ("CasADi", "CasADi by hand", "MuJoCo", "Pinocchio, g++", "Pinocchio, clang++")
 NAMES = {
     "sixbar": "six-bar",
-    "miura3x3": "Miura 3x3",
-    "miura4x4": "Miura 4x4",
-    "miura6x6": "Miura 6x6",
-    "miura8x8": "Miura 8x8",
-    "yoshimura4x5": "Yoshimura 4x5",
     "free_sixbar": "free six-bar",
 }
+# Of sheets: kind, its name, the largest exponent of the number of hinges with which times grow, and the sheets between which
+# it is taken.
+GROWTH = (
+    ("miura", "Miura", 1.1, ("6x6", "20x20")),
+    ("yoshimura", "Yoshimura", 1.5, ("4x5", "12x12")),
+)
+# How many times as long Pinocchio's lcaba takes at least.
+TIMES_LCABA = {
+    "miura3x3": 15, "miura4x4": 20, "miura6x6": 20, "miura8x8": 25, "miura12x12": 40,
+    "yoshimura4x5": 5, "yoshimura8x8": 5,
+}  # fmt: skip
+# How many accelerations a step of RK4 with its projection takes at most.
+MOST_OF_STEP = 6
 # What eight contact points may add to an acceleration, ns.
 MOST_MORE = 150
 
@@ -162,6 +171,11 @@ def goals(results):
         ("96 hinges: derivation, s", "<=", 5, of("chain96", "derivation_s")),
         ("96 hinges: rustc, s", "<=", 20, of("chain96", "compilation_s")),
     ]
+    return targets(aims)
+
+
+def targets(aims):
+    """What is aimed at, and what is reached: those that were measured."""
     rows = []
     for what, sense, aim, reached in aims:
         if reached is not None:
@@ -181,6 +195,61 @@ def differences(results):
             row.append(f"{max(all_of):.0e}" if all_of else "")
         rows.append(row)
     return table(["", "lamc", *COLUMNS], rows)
+
+
+def sheets(results):
+    """Sheets, their growth, and targets."""
+    rows = []
+    for name, found in results["sheets"].items():
+        own, lcaba = found["peers"]["lamc"], entry_of(found, "lcaba")
+        others = [entry(found, "MuJoCo"), lcaba, entry_of(found, "constraintDynamics")]
+        cells = [f"{e['ns'] / 1e3:.3g} ({e['ratio']:.1f})" if e else "" for e in others]
+        step = found["lamc"]["rk4_steps"]["ratio"]
+        iterations = lcaba["iterations"] if lcaba else ""
+        rows.append([
+            sheet(name), found["n"], found["loops"], found["operations"]["acceleration"]["total"],
+            f"{own['ns'] / 1e3:.3g}", f"{step:.1f}", *cells[:2], iterations, cells[2],
+            f"{own['difference']:.0e}",
+        ])  # fmt: skip
+    head = [
+        "us (times lamc's)", "hinges", "loops", "operations", "lamc", "RK4 step, accelerations", "MuJoCo", "Pinocchio, lcaba",
+        "its iterations", "Pinocchio, constraintDynamics", "difference of lamc",
+    ]  # fmt: skip
+    return f"{machine(results)}\n\n{table(head, rows)}\n\n{sheet_goals(results)}"
+
+
+def entry_of(found, algorithm):
+    """The fastest entry of an algorithm, by whichever compiler."""
+    peers = found["peers"].items()
+    return min([e for name, e in peers if name.endswith(algorithm)], key=lambda e: e["ns"], default=None)
+
+
+def sheet(name):
+    """miura3x3 as Miura 3x3."""
+    for kind, shown, *_ in GROWTH:
+        name = name.replace(kind, f"{shown} ")
+    return name
+
+
+def sheet_goals(results):
+    """Targets of sheets."""
+    found = results["sheets"]
+    aims = []
+    for name, least in TIMES_LCABA.items():
+        peer = entry_of(found[name], "lcaba") if name in found else None
+        if peer:
+            aims.append((f"{sheet(name)}: times faster than lcaba", ">=", least, peer["ratio"]))
+    for kind, shown, most, ends in GROWTH:
+        small, large = (found.get(f"{kind}{end}") for end in ends)
+        if small and large:
+            times = math.log(large["peers"]["lamc"]["ns"] / small["peers"]["lamc"]["ns"])
+            exponent = times / math.log(large["n"] / small["n"])
+            what = f"{shown} {ends[0]} to {ends[1]}: time by hinges to the power of"
+            aims.append((what, "<=", most, exponent))
+    steps = [sheet["lamc"]["rk4_steps"]["ratio"] for sheet in found.values()]
+    if steps:
+        aims.append(("RK4 step over evaluation, most of all sheets", "<=", MOST_OF_STEP, max(steps)))
+    return targets(aims)
 
 
 def contacts(results):
@@ -232,14 +301,15 @@ def machine(results):
 
 
 def tables(results):
-    parts = (machine, ratios, own, limits, goals, contacts)
+    parts = (machine, ratios, sheets, own, limits, goals, contacts)
     return "\n\n".join(f(results) for f in parts) + "\n"
 
 
 def document(results):
     """Replaces the text between markers, and draws the plots."""
-    replace(results, (machine, ratios, own, limits, goals, differences, contacts))
+    replace(results, (machine, ratios, sheets, own, limits, goals, differences, contacts))
     plots(results)
+    plot_sheets(results)
 
 
 def replace(results, parts):
@@ -261,16 +331,27 @@ def plots(results):
         label: [(c["n"], e["ns"]) for c in chains if (e := entry(c, label))]
         for label in ("lamc", *COLUMNS)
     }
-    plot("cost.svg", cost, "ns per acceleration")
+    plot("cost.svg", cost, "hinges of the chain", "ns per acceleration")
     seconds = {
         "derivation": [(c["n"], c["derivation_s"]) for c in chains],
         "rustc": [(c["n"], c["compilation_s"]) for c in chains],
         "gcc of CasADi": [(c["n"], e["compilation"]) for c in chains if (e := entry(c, "CasADi"))],
     }
-    plot("compile_time.svg", seconds, "s")
+    plot("compile_time.svg", seconds, "hinges of the chain", "s")
 
 
-def plot(name, curves, unit):
+def plot_sheets(results):
+    """Draws the plot of sheets."""
+    curves = {}
+    for kind, shown, *_ in GROWTH:
+        of_kind = [found for name, found in results["sheets"].items() if name.startswith(kind)]
+        for label in ("lamc", "MuJoCo", "lcaba", "constraintDynamics"):
+            points = [(f["n"], e["ns"] / 1e3) for f in of_kind if (e := entry_of(f, label))]
+            curves[f"{shown}, {label}"] = points
+    plot("sheets.svg", curves, "hinges of the sheet", "us per acceleration")
+
+
+def plot(name, curves, across, unit):
     """Draws curves over the number of hinges, with logarithmic axes."""
     import matplotlib
 
@@ -286,7 +367,7 @@ def plot(name, curves, unit):
     ticks = sorted({n for points in curves.values() for n, _ in points})
     axes.set_xticks(ticks, map(str, ticks))
     axes.minorticks_off()
-    axes.set_xlabel("hinges of the chain")
+    axes.set_xlabel(across)
     axes.set_ylabel(unit)
     axes.grid(alpha=0.3)
     axes.legend()

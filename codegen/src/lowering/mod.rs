@@ -49,7 +49,12 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
     let passes = Passes { interface: &interface };
     let mut functions = each(functions, |function| passes.optimise(function));
     let tangent = &functions[FunctionKind::Tangent as usize];
-    let solved = solution::functions(equations, tangent, |function| passes.optimise(function));
+    // What follows from the parameters alone must not count where eliminations are compared.
+    let solved = solution::functions(equations, tangent, |function| {
+        let function = hoist(&mut interface, fold::fold(function));
+        let function = Passes { interface: &interface }.optimise(function);
+        hoist(&mut interface, function)
+    });
     functions.extend(solved);
     constants::snap(&mut functions);
     let functions = functions.into_iter().map(|function| hoist(&mut interface, function));

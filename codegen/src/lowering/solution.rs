@@ -30,7 +30,7 @@ const MOST_ENTRIES: usize = 4_000;
 pub fn functions(
     equations: &Equations,
     tangent: &Function,
-    optimise: impl Fn(Function) -> Function,
+    mut optimise: impl FnMut(Function) -> Function,
 ) -> [Function; 4] {
     use FunctionKind::{Acceleration, Jacobian, JacobianParams, Projection};
     let topology = &equations.topology;
@@ -40,31 +40,29 @@ pub fn functions(
     let regular = topology.rank == equations.gamma.len() && !driven;
     let solvable = regular || (equations.reduced.is_some() && !driven);
     let most = if equations.reduced.is_some() { MOST_OF_SHEETS } else { MOST_OPERATIONS };
-    let best = |kind, most: usize, candidates: Vec<Function>| {
+    let mut best = |kind, most: usize, candidates: Vec<Function>| {
         // Operations, and what they wait for each other.
         let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
-        let best = candidates.into_iter().map(&optimise).min_by_key(time);
+        let best = candidates.into_iter().map(&mut optimise).min_by_key(time);
         best.filter(|function| function.cost().total() <= most).unwrap_or_else(|| none(kind))
     };
-    let solved = |kind, wanted: bool| {
+    let mut solved = |kind, wanted: bool| {
         let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };
         best(kind, most, candidates)
     };
+    let acceleration = solved(Acceleration, solvable);
+    let projection = solved(Projection, solvable && !topology.loops.is_empty());
     let speeds = topology.mechanism.speeds();
     let parameters = topology.mechanism.parameters.len();
-    let derivatives = |kind, directions: usize| {
+    let mut derivatives = |kind, directions: usize| {
         let small = tangent.instructions.len() * directions <= 10 * MOST_DERIVATIVES;
         let differentiable =
             regular && small && directions > 0 && entries(equations) <= MOST_ENTRIES;
         let function = differentiable.then(|| jacobian(equations, tangent, kind));
         best(kind, MOST_DERIVATIVES, function.into_iter().collect())
     };
-    [
-        solved(Acceleration, solvable),
-        solved(Projection, solvable && !topology.loops.is_empty()),
-        derivatives(Jacobian, 2 * speeds + 1),
-        derivatives(JacobianParams, parameters),
-    ]
+    let jacobian = derivatives(Jacobian, 2 * speeds + 1);
+    [acceleration, projection, jacobian, derivatives(JacobianParams, parameters)]
 }
 
 /// The solution by every elimination that is worth trying; with closure forces only if the rows of the
