@@ -15,7 +15,7 @@ macro_rules! modules {
             mod $module;
         )+
         fn all(criterion: &mut Criterion) {
-            $(mechanism::<$module::$model, { $module::N }, { $module::C }>(
+            $(mechanism::<$module::$model, { $module::NQ }>(
                 stringify!($module),
                 criterion,
             );)+

@@ -59,6 +59,8 @@ void *create(int nodes, const int *parents, const double *turns, const double *o
     return robot;
 }
 
+void destroy(void *robot) { delete static_cast<Robot *>(robot); }
+
 // Called once before the function with this number.
 void prepare(void *handle, int function) {
     auto &robot = *static_cast<Robot *>(handle);

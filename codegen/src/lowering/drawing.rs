@@ -85,12 +85,14 @@ impl Drawing {
         })
     }
 
-    /// Returns the function that computes the numbers that `functions` read, and renumbers these.
+    /// Returns the function that computes the numbers that `functions` read, and renumbers these: in the order in which
+    /// an acceleration reads them, then others.
     pub fn finish(self, functions: &mut [Function]) -> Function {
         let mut renumbered: HashMap<usize, usize> = HashMap::new();
         let mut entries = Vec::new();
-        let loads = functions.iter_mut().flat_map(|function| &mut function.instructions);
-        for instruction in loads {
+        let mut order: Vec<&mut Function> = functions.iter_mut().collect();
+        order.sort_by_key(|function| function.kind != FunctionKind::Acceleration);
+        for instruction in order.into_iter().flat_map(|function| &mut function.instructions) {
             let Op::Load(Slot::Drawn(place)) = &mut instruction.op else { continue };
             *place = *renumbered.entry(*place).or_insert_with(|| {
                 entries.push(self.table[*place]);

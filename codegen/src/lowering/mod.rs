@@ -30,6 +30,7 @@ use std::{panic, thread};
 use crate::kane::Equations;
 use crate::program::{Function, FunctionKind, Interface, Program, verify_function};
 use drawing::Drawing;
+use solution::Choice;
 
 /// The program of a mechanism. `source_name` (no folders) and `source_text` identify the input in
 /// the generated header.
@@ -49,13 +50,14 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
     let passes = Passes { interface: &interface };
     let mut functions = each(functions, |function| passes.optimise(function));
     let tangent = &functions[FunctionKind::Tangent as usize];
+    let choices = solution::choices(equations, tangent).into_iter();
     // What follows from the parameters alone must not count where eliminations are compared.
-    let solved = solution::functions(equations, tangent, |function| {
-        let function = hoist(&mut interface, fold::fold(function));
-        let function = Passes { interface: &interface }.optimise(function);
-        hoist(&mut interface, function)
-    });
-    functions.extend(solved);
+    let choices = choices.map(|choice| choice.map(|it| hoist(&mut interface, fold::fold(it))));
+    let choices: Vec<Choice> = choices.collect();
+    let passes = Passes { interface: &interface };
+    let choices = each(choices, |choice| choice.map(|function| passes.optimise(function)));
+    let best = |choice: Choice| choice.map(|function| hoist(&mut interface, function)).best();
+    functions.extend(choices.into_iter().map(best));
     constants::snap(&mut functions);
     let functions = functions.into_iter().map(|function| hoist(&mut interface, function));
     let mut functions: Vec<Function> = functions.collect();
@@ -89,7 +91,7 @@ impl Passes<'_> {
 }
 
 /// Applies passes to all functions, to each in a thread of its own.
-fn each(functions: Vec<Function>, passes: impl Fn(Function) -> Function + Sync) -> Vec<Function> {
+fn each<T: Send>(functions: Vec<T>, passes: impl Fn(T) -> T + Sync) -> Vec<T> {
     let passes = &passes;
     thread::scope(|scope| {
         let spawn = |function| scope.spawn(move || passes(function));

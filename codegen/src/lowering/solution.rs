@@ -25,44 +25,59 @@ const MOST_DERIVATIVES: usize = 10_000;
 /// Terms of a factor by entry beyond which it is not tried: an elimination by body is cheaper.
 const MOST_ENTRIES: usize = 4_000;
 
+/// A function that several eliminations give, none of them too large.
+pub struct Choice {
+    kind: FunctionKind,
+    candidates: Vec<Function>,
+    /// Operations at most.
+    most: usize,
+}
+
+impl Choice {
+    /// Passes every candidate through `pass`.
+    pub fn map(self, pass: impl FnMut(Function) -> Function) -> Self {
+        Self { candidates: self.candidates.into_iter().map(pass).collect(), ..self }
+    }
+
+    /// Returns the fastest candidate, or a function without outputs where that is too large.
+    pub fn best(self) -> Function {
+        // Operations, and what they wait for each other.
+        let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
+        let best = self.candidates.into_iter().min_by_key(time);
+        let none = Function { kind: self.kind, instructions: Vec::new(), outputs: Vec::new() };
+        best.filter(|function| function.cost().total() <= self.most).unwrap_or(none)
+    }
+}
+
 /// [`FunctionKind::Acceleration`], [`FunctionKind::Projection`], [`FunctionKind::Jacobian`] and
-/// [`FunctionKind::JacobianParams`], optimised; `tangent` is [`FunctionKind::Tangent`].
-pub fn functions(
-    equations: &Equations,
-    tangent: &Function,
-    mut optimise: impl FnMut(Function) -> Function,
-) -> [Function; 4] {
+/// [`FunctionKind::JacobianParams`], not optimised yet; `tangent` is [`FunctionKind::Tangent`].
+pub fn choices(equations: &Equations, tangent: &Function) -> Vec<Choice> {
     use FunctionKind::{Acceleration, Jacobian, JacobianParams, Projection};
     let topology = &equations.topology;
-    let none = |kind| Function { kind, instructions: Vec::new(), outputs: Vec::new() };
     let driven = topology.mechanism.joints.iter().any(|joint| joint.drive.is_some());
     // Rows that depend on each other everywhere have no factor.
     let regular = topology.rank == equations.gamma.len() && !driven;
     let solvable = regular || (equations.reduced.is_some() && !driven);
     let most = if equations.reduced.is_some() { MOST_OF_SHEETS } else { MOST_OPERATIONS };
-    let mut best = |kind, most: usize, candidates: Vec<Function>| {
-        // Operations, and what they wait for each other.
-        let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
-        let best = candidates.into_iter().map(&mut optimise).min_by_key(time);
-        best.filter(|function| function.cost().total() <= most).unwrap_or_else(|| none(kind))
-    };
-    let mut solved = |kind, wanted: bool| {
+    let solved = |kind, wanted: bool| {
         let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };
-        best(kind, most, candidates)
+        Choice { kind, candidates, most }
     };
-    let acceleration = solved(Acceleration, solvable);
-    let projection = solved(Projection, solvable && !topology.loops.is_empty());
     let speeds = topology.mechanism.speeds();
     let parameters = topology.mechanism.parameters.len();
-    let mut derivatives = |kind, directions: usize| {
+    let derivatives = |kind, directions: usize| {
         let small = tangent.instructions.len() * directions <= 10 * MOST_DERIVATIVES;
         let differentiable =
             regular && small && directions > 0 && entries(equations) <= MOST_ENTRIES;
         let function = differentiable.then(|| jacobian(equations, tangent, kind));
-        best(kind, MOST_DERIVATIVES, function.into_iter().collect())
+        Choice { kind, candidates: function.into_iter().collect(), most: MOST_DERIVATIVES }
     };
-    let jacobian = derivatives(Jacobian, 2 * speeds + 1);
-    [acceleration, projection, jacobian, derivatives(JacobianParams, parameters)]
+    vec![
+        solved(Acceleration, solvable),
+        solved(Projection, solvable && !topology.loops.is_empty()),
+        derivatives(Jacobian, 2 * speeds + 1),
+        derivatives(JacobianParams, parameters),
+    ]
 }
 
 /// The solution by every elimination that is worth trying; with closure forces only if the rows of the

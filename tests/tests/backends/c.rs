@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread;
 
 use lamc::backend::c::{Real, STATUS};
 use lamc::backend::rust::{Options, ScalarChoice};
@@ -407,8 +408,12 @@ pub(super) fn ask(program: &Path, questions: &str) -> Vec<Answer> {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    child.stdin.take().unwrap().write_all(questions.as_bytes()).unwrap();
-    let output = child.wait_with_output().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    // Beside each other: a pipe that is full of answers would make both wait.
+    let output = thread::scope(|scope| {
+        scope.spawn(move || stdin.write_all(questions.as_bytes()).unwrap());
+        child.wait_with_output().unwrap()
+    });
     let problems = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && problems.is_empty(), "{}: {problems}", program.display());
     let line = |line: &str| {

@@ -183,10 +183,13 @@ fn modules_follow_their_parameters() {
     }
 }
 
+/// The six-bar with the sizes of its plates as parameters.
+const PLATES: &str = include_str!("../../../examples/optimise/sixbar_plates.yaml");
+
 /// An evaluation costs what it costs with numbers in place of the parameters.
 #[test]
 fn formulas_of_the_drawing_cost_little() {
-    for text in [TREE, PLANAR, SPHERICAL, SPATIAL, FREE] {
+    for text in [TREE, PLANAR, SPHERICAL, SPATIAL, FREE, PLATES] {
         let compiled = compile_text(text);
         let model = compiled.model.as_ref().unwrap();
         let values: Vec<f64> = model.parameters.iter().map(|it| it.value * 1.0625 + 1e-4).collect();

@@ -61,7 +61,7 @@ impl Reader<'_> {
                 Some((drive?, angles))
             }
             _ => {
-                self.wrong(at, "give `drive` and `angles`, or none of both: then it is at rest");
+                self.wrong(at, "give both `drive` and `angles`, or neither: then it is at rest");
                 return None;
             }
         };

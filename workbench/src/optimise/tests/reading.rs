@@ -283,7 +283,7 @@ fn forces_clearances_and_times_to_settle_that_do_not_exist_are_refused() {
         ("clearance: { between: [left, left] }", "bodies that share a hinge touch there"),
         ("clearance: { between: [left, base] }", "`base` has no outline"),
         ("clearance: { between: [left] }", "expected"),
-        ("clearance: { drive: crank }", "give `drive` and `angles`, or none of both"),
+        ("clearance: { drive: crank }", "give both `drive` and `angles`, or neither"),
         ("settle: { within: 1deg, until: 1 s }", "give one of `angle` and `position`"),
         ("settle: { angle: crank, until: 1 s }", "`within`"),
         ("settle: { angle: crank, within: 1deg }", "`until`"),
