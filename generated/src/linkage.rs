@@ -27,9 +27,9 @@
 //   reactions: 238 operations: 113 add, 121 mul, 0 div, 4 sin_cos, 0 other
 //   momentum: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   tangent: 772 operations: 337 add, 390 mul, 41 div, 4 sin_cos, 0 other
-//   acceleration: 249 operations: 98 add, 135 mul, 6 div, 4 sin_cos, 6 other
-//   projection: 252 operations: 103 add, 133 mul, 6 div, 4 sin_cos, 6 other
-//   drawing: 606 operations: 289 add, 257 mul, 60 div, 0 sin_cos, 0 other
+//   acceleration: 244 operations: 93 add, 135 mul, 6 div, 4 sin_cos, 6 other
+//   projection: 247 operations: 98 add, 133 mul, 6 div, 4 sin_cos, 6 other
+//   drawing: 397 operations: 190 add, 163 mul, 44 div, 0 sin_cos, 0 other
 
 /// NQ: coordinates, one angle per joint.
 #[allow(dead_code, reason = "a program uses what it needs")]
@@ -151,7 +151,6 @@ mod constants {
     pub const D_DRAWN_FACTOR_4: f64 = 3.0000000000000003e-4;
     pub const D_DRAWN_FACTOR_5: f64 = 4.4800000000000004e-8;
     pub const D_DRAWN_FACTOR_6: f64 = 1.7250000000000002e-10;
-    pub const D_MASS_COUPLER_FACTOR: f64 = 0.3145;
     pub const MINUS_D_DRAWN_FACTOR_3: f64 = 0.04;
     pub const D_DRAWN_FACTOR_7: f64 = 1.2000000000000001e-3;
     pub const MARGIN_1_FACTOR: f64 = 100.0;
@@ -215,7 +214,7 @@ pub struct Linkage<S> {
     params: Params<S>,
     /// Inputs.
     pub inputs: Inputs,
-    drawing: [S; 159],
+    drawing: [S; 157],
 }
 
 impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Linkage<S> {
@@ -231,7 +230,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let mut robot = Self {
             params,
             inputs: ::core::default::Default::default(),
-            drawing: [S::ZERO; 159],
+            drawing: [S::ZERO; 157],
         };
         robot.set_params(params);
         robot
@@ -668,10 +667,10 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let apparent_gravity_coupler_z = mul_add(-sin_front, apparent_gravity_in_parent_coupler_y,
             -cos_front * minus_apparent_gravity_crank_z);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_y = self.drawing[1] * omega_coupler_xx;
-        let bias_force_coupler_z = self.drawing[2] * omega_coupler_xx;
-        let bias_moment_coupler_x = mul_add(-self.drawing[2], apparent_gravity_coupler_y,
-            self.drawing[1] * apparent_gravity_coupler_z);
+        let bias_force_coupler_y = self.drawing[26] * omega_coupler_xx;
+        let bias_force_coupler_z = self.drawing[27] * omega_coupler_xx;
+        let bias_moment_coupler_x = mul_add(-self.drawing[27], apparent_gravity_coupler_y,
+            self.drawing[26] * apparent_gravity_coupler_z);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z), sin_pivot,
             minus_velocity_product_on_hinge_coupler_ghost0_y);
@@ -681,42 +680,43 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             apparent_gravity_in_parent_coupler_ghost0_y,
             -cos_back * minus_apparent_gravity_rocker_z);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_ghost0_y = self.drawing[3] * omega_coupler_ghost0_xx;
-        let bias_force_coupler_ghost0_z = self.drawing[2] * omega_coupler_ghost0_xx;
-        let bias_moment_coupler_ghost0_x = mul_add(-self.drawing[2],
-            apparent_gravity_coupler_ghost0_y, self.drawing[3] * apparent_gravity_coupler_ghost0_z);
+        let bias_force_coupler_ghost0_y = self.drawing[28] * omega_coupler_ghost0_xx;
+        let bias_force_coupler_ghost0_z = self.drawing[27] * omega_coupler_ghost0_xx;
+        let bias_moment_coupler_ghost0_x = mul_add(-self.drawing[27],
+            apparent_gravity_coupler_ghost0_y,
+            self.drawing[28] * apparent_gravity_coupler_ghost0_z);
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
             bias_force_coupler_ghost0_z, sin_back * bias_force_coupler_ghost0_y);
-        let generalized_force_back = mul_add(-q[2], self.drawing[7], bias_moment_coupler_ghost0_x);
+        let generalized_force_back = mul_add(-q[2], self.drawing[31], bias_moment_coupler_ghost0_x);
         // rocker: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_pivot = bias_moment_coupler_ghost0_x + mul_add(self.drawing[5],
-            subtree_force_in_parent_coupler_ghost0_z, -mul_add(q[3], self.drawing[7],
-            self.drawing[6] * minus_apparent_gravity_rocker_z));
+            subtree_force_in_parent_coupler_ghost0_z, -mul_add(q[3], self.drawing[31],
+            self.drawing[30] * minus_apparent_gravity_rocker_z));
         // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_z = mul_add(cos_front, bias_force_coupler_z,
             sin_front * bias_force_coupler_y);
-        let generalized_force_front = mul_add(-q[1], self.drawing[7], bias_moment_coupler_x);
+        let generalized_force_front = mul_add(-q[1], self.drawing[31], bias_moment_coupler_x);
         // crank: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_drive = bias_moment_coupler_x + (mul_add(-q[0], self.drawing[7],
-            self.drawing[0] * minus_apparent_gravity_crank_y) - mul_add(self.params.crank,
-            subtree_force_in_parent_coupler_z, self.drawing[4] * minus_apparent_gravity_crank_z));
+        let generalized_force_drive = bias_moment_coupler_x + (mul_add(-q[0], self.drawing[31],
+            self.drawing[25] * minus_apparent_gravity_crank_y) - mul_add(self.params.crank,
+            subtree_force_in_parent_coupler_z, self.drawing[29] * minus_apparent_gravity_crank_z));
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[2], sin_back,
-            self.drawing[3] * cos_back);
+        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[27], sin_back,
+            self.drawing[28] * cos_back);
         let inertia_back_moment_in_parent_coupler_ghost0_x = mul_add(self.drawing[5],
-            inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[8]);
+            inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[32]);
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[2], sin_front,
-            self.drawing[1] * cos_front);
+        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[27], sin_front,
+            self.drawing[26] * cos_front);
         let inertia_front_moment_in_parent_coupler_x = mul_add(-self.params.crank,
-            inertia_front_force_in_parent_coupler_z, self.drawing[9]);
+            inertia_front_force_in_parent_coupler_z, self.drawing[33]);
         // rocker: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_pivot_pivot = mul_add(inertia_back_force_in_parent_coupler_ghost0_z,
-            self.drawing[10], self.drawing[11]);
+            self.drawing[10], self.drawing[34]);
         // crank: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_drive_drive = mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[12],
-            self.drawing[13]);
+        let mass_drive_drive = mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[11],
+            self.drawing[35]);
         // coupler: partial velocities: dw/du, dv/du
         let minus_velocity_coupler_y_by_drive = sin_front * self.params.crank;
         let velocity_coupler_y_by_drive = -minus_velocity_coupler_y_by_drive;
@@ -726,25 +726,25 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let velocity_coupler_ghost0_z_by_pivot = self.drawing[5] * cos_back;
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma_loop0_0 = mul_add(-cos_back, minus_velocity_product_on_hinge_coupler_ghost0_y,
-            mul_add(omega_coupler_xx, self.drawing[14],
+            mul_add(omega_coupler_xx, self.drawing[12],
             cos_front * velocity_product_on_hinge_coupler_y));
         let gamma_loop0_1 = mul_add(sin_back, minus_velocity_product_on_hinge_coupler_ghost0_y,
             sin_front * velocity_product_on_hinge_coupler_y);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_1_drive = self.drawing[14] + minus_velocity_coupler_z_by_drive;
-        let jacobian_loop0_2_drive = minus_velocity_coupler_z_by_drive + self.drawing[16];
-        let jacobian_loop0_2_pivot = velocity_coupler_ghost0_z_by_pivot + self.drawing[15];
+        let jacobian_loop0_1_drive = self.drawing[12] + minus_velocity_coupler_z_by_drive;
+        let jacobian_loop0_2_drive = minus_velocity_coupler_z_by_drive + self.drawing[14];
+        let jacobian_loop0_2_pivot = velocity_coupler_ghost0_z_by_pivot + self.drawing[13];
         mass[0] = mass_drive_drive;
         mass[1] = inertia_front_moment_in_parent_coupler_x;
         mass[2] = c(0.0);
         mass[3] = c(0.0);
         mass[4] = inertia_front_moment_in_parent_coupler_x;
-        mass[5] = self.drawing[9];
+        mass[5] = self.drawing[33];
         mass[6] = c(0.0);
         mass[7] = c(0.0);
         mass[8] = c(0.0);
         mass[9] = c(0.0);
-        mass[10] = self.drawing[8];
+        mass[10] = self.drawing[32];
         mass[11] = inertia_back_moment_in_parent_coupler_ghost0_x;
         mass[12] = c(0.0);
         mass[13] = c(0.0);
@@ -759,12 +759,12 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         jacobian[2] = c(0.0);
         jacobian[3] = velocity_coupler_ghost0_y_by_pivot;
         jacobian[4] = jacobian_loop0_1_drive;
-        jacobian[5] = self.drawing[14];
+        jacobian[5] = self.drawing[12];
         jacobian[6] = c(0.0);
         jacobian[7] = velocity_coupler_ghost0_z_by_pivot;
         jacobian[8] = jacobian_loop0_2_drive;
-        jacobian[9] = self.drawing[16];
-        jacobian[10] = self.drawing[15];
+        jacobian[9] = self.drawing[14];
+        jacobian[10] = self.drawing[13];
         jacobian[11] = jacobian_loop0_2_pivot;
         gamma[0] = gamma_loop0_0;
         gamma[1] = gamma_loop0_1;
@@ -786,8 +786,8 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let axis_y_coupler_x = sin_drive_times_sin_front - cos_drive_times_cos_front;
         let axis_y_coupler_z = mul_add(cos_drive, sin_front, sin_drive * cos_front);
         let axis_z_coupler_z = cos_drive_times_cos_front - sin_drive_times_sin_front;
-        let origin_coupler_x = cos_drive * self.drawing[18];
-        let minus_origin_coupler_z = sin_drive * self.drawing[18];
+        let origin_coupler_x = cos_drive * self.drawing[37];
+        let minus_origin_coupler_z = sin_drive * self.drawing[37];
         let origin_coupler_z = -minus_origin_coupler_z;
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_pivot, sin_back, cos_pivot * cos_back);
@@ -795,16 +795,16 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let cos_pivot_times_sin_back = cos_pivot * sin_back;
         let axis_y_coupler_ghost0_z = sin_pivot_times_cos_back + cos_pivot_times_sin_back;
         let axis_z_coupler_ghost0_x = -sin_pivot_times_cos_back - cos_pivot_times_sin_back;
-        let origin_coupler_ghost0_x = mul_add(self.drawing[5], cos_pivot, self.drawing[17]);
+        let origin_coupler_ghost0_x = mul_add(self.drawing[5], cos_pivot, self.drawing[36]);
         let origin_coupler_ghost0_z = self.drawing[5] * sin_pivot;
         // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point0_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[14],
+        let point0_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[12],
             origin_coupler_x);
-        let point0_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[14],
+        let point0_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[12],
             origin_coupler_z);
-        let point1_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[16],
+        let point1_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[14],
             origin_coupler_x);
-        let point1_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[16],
+        let point1_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[14],
             origin_coupler_z);
         let point2_original_coupler_x = mul_add(c(CLOSURE_POINT_COUPLER_Z), axis_y_coupler_z,
             point0_original_coupler_x);
@@ -818,18 +818,18 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let arm_loop0_2_coupler_x = point2_original_coupler_x - origin_coupler_x;
         let arm_loop0_2_coupler_z = minus_origin_coupler_z + point2_original_coupler_z;
         // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point1_ghost_coupler_ghost0_x = mul_add(axis_y_coupler_ghost0_x, self.drawing[15],
+        let point1_ghost_coupler_ghost0_x = mul_add(axis_y_coupler_ghost0_x, self.drawing[13],
             origin_coupler_ghost0_x);
-        let point1_ghost_coupler_ghost0_z = mul_add(axis_y_coupler_ghost0_z, self.drawing[15],
+        let point1_ghost_coupler_ghost0_z = mul_add(axis_y_coupler_ghost0_z, self.drawing[13],
             origin_coupler_ghost0_z);
         let point2_ghost_coupler_ghost0_x = mul_add(c(CLOSURE_POINT_COUPLER_GHOST0_Z),
             axis_z_coupler_ghost0_x, origin_coupler_ghost0_x);
         let point2_ghost_coupler_ghost0_z = mul_add(c(CLOSURE_POINT_COUPLER_GHOST0_Z),
             axis_y_coupler_ghost0_x, origin_coupler_ghost0_z);
         // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_0_rocker_x = origin_coupler_ghost0_x - self.drawing[17];
-        let arm_loop0_1_rocker_x = point1_ghost_coupler_ghost0_x - self.drawing[17];
-        let arm_loop0_2_rocker_x = point2_ghost_coupler_ghost0_x - self.drawing[17];
+        let arm_loop0_0_rocker_x = origin_coupler_ghost0_x - self.drawing[36];
+        let arm_loop0_1_rocker_x = point1_ghost_coupler_ghost0_x - self.drawing[36];
+        let arm_loop0_2_rocker_x = point2_ghost_coupler_ghost0_x - self.drawing[36];
         // coupler_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         let arm_loop0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
@@ -927,9 +927,9 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         poses[30] = -axis_y_coupler_z;
         poses[31] = c(0.0);
         poses[32] = axis_z_coupler_z;
-        poses[33] = mul_add(axis_y_coupler_x, self.drawing[18], cos_drive * self.drawing[18]);
+        poses[33] = mul_add(axis_y_coupler_x, self.drawing[37], cos_drive * self.drawing[37]);
         poses[34] = c(0.0);
-        poses[35] = mul_add(-sin_drive, self.drawing[18], axis_y_coupler_z * self.drawing[18]);
+        poses[35] = mul_add(-sin_drive, self.drawing[37], axis_y_coupler_z * self.drawing[37]);
         poses[36] = cos_pivot;
         poses[37] = c(0.0);
         poses[38] = -sin_pivot;
@@ -939,9 +939,9 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         poses[42] = sin_pivot;
         poses[43] = c(0.0);
         poses[44] = cos_pivot;
-        poses[45] = mul_add(-self.drawing[17], cos_pivot, self.drawing[17]);
+        poses[45] = mul_add(-self.drawing[36], cos_pivot, self.drawing[36]);
         poses[46] = c(0.0);
-        poses[47] = -self.drawing[17] * sin_pivot;
+        poses[47] = -self.drawing[36] * sin_pivot;
     }
     /// The positions of the output points.
     fn points_into(&self, q: &[S; 4], points: &mut [S; 3]) {
@@ -954,10 +954,10 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-cos_drive, cos_front, sin_drive * sin_front);
         let axis_y_coupler_z = mul_add(cos_drive, sin_front, sin_drive * cos_front);
-        let minus_origin_coupler_z = sin_drive * self.drawing[18];
-        points[0] = mul_add(-axis_y_coupler_x, self.drawing[20], cos_drive * self.drawing[18]);
-        points[1] = self.drawing[19];
-        points[2] = mul_add(-axis_y_coupler_z, self.drawing[20], -minus_origin_coupler_z);
+        let minus_origin_coupler_z = sin_drive * self.drawing[37];
+        points[0] = mul_add(-axis_y_coupler_x, self.drawing[39], cos_drive * self.drawing[37]);
+        points[1] = self.drawing[38];
+        points[2] = mul_add(-axis_y_coupler_z, self.drawing[39], -minus_origin_coupler_z);
     }
     /// The energies of the whole mechanism.
     fn energy_into(
@@ -997,29 +997,30 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let axis_y_coupler_ghost0_z = mul_add(cos_pivot, sin_back, sin_pivot * cos_back);
         let origin_coupler_ghost0_z = self.drawing[5] * sin_pivot;
         // mechanism: results: what the function returns
-        let kinetic_sum = mul_add(self.drawing[22], c(0.5) * (u[3] * u[3]),
-            self.drawing[24] * (u[0] * u[0] * c(0.5))) + mul_add(self.drawing[8],
+        let kinetic_sum = mul_add(self.drawing[41], c(0.5) * (u[3] * u[3]),
+            self.drawing[43] * (u[0] * u[0] * c(0.5))) + mul_add(self.drawing[32],
             c(0.5) * (omega_coupler_ghost0_x * omega_coupler_ghost0_x),
-            self.drawing[9] * (c(0.5) * (omega_coupler_x * omega_coupler_x)));
-        let kinetic_sum_2 = mul_add(self.drawing[25], mul_add(velocity_coupler_ghost0_z,
+            self.drawing[33] * (c(0.5) * (omega_coupler_x * omega_coupler_x)));
+        let kinetic_sum_2 = mul_add(self.drawing[44], mul_add(velocity_coupler_ghost0_z,
             velocity_coupler_ghost0_z, velocity_coupler_ghost0_y * velocity_coupler_ghost0_y),
-            mul_add(velocity_coupler_ghost0_z, self.drawing[3] * omega_coupler_ghost0_x,
-            mul_add(-minus_velocity_coupler_z, self.drawing[1] * omega_coupler_x, kinetic_sum)));
+            mul_add(velocity_coupler_ghost0_z, self.drawing[28] * omega_coupler_ghost0_x,
+            mul_add(-minus_velocity_coupler_z, self.drawing[26] * omega_coupler_x, kinetic_sum)));
         let kinetic_2 = mul_add(mul_add(minus_velocity_coupler_z, minus_velocity_coupler_z,
-            minus_velocity_coupler_y * minus_velocity_coupler_y), self.drawing[25],
-            mul_add(-velocity_coupler_ghost0_y, self.drawing[2] * omega_coupler_ghost0_x,
-            minus_velocity_coupler_y * (self.drawing[2] * omega_coupler_x))) + kinetic_sum_2;
-        let potential_sum = mul_add(self.drawing[7], c(0.5) * (q[3] * q[3]),
-            self.drawing[7] * (c(0.5) * (q[0] * q[0]))) + mul_add(self.drawing[7],
-            c(0.5) * (q[2] * q[2]), self.drawing[7] * (c(0.5) * (q[1] * q[1])));
-        let potential_sum_2 = mul_add(c(GRAVITY_Z), mul_add(self.drawing[2], axis_z_coupler_z,
-            mul_add(-self.drawing[23], minus_origin_coupler_z, self.drawing[1] * axis_y_coupler_z)),
-            mul_add(c(GRAVITY_Z), mul_add(self.drawing[0], cos_drive, self.drawing[21] * sin_drive),
-            mul_add(sin_pivot, self.drawing[26], potential_sum)));
+            minus_velocity_coupler_y * minus_velocity_coupler_y), self.drawing[44],
+            mul_add(-velocity_coupler_ghost0_y, self.drawing[27] * omega_coupler_ghost0_x,
+            minus_velocity_coupler_y * (self.drawing[27] * omega_coupler_x))) + kinetic_sum_2;
+        let potential_sum = mul_add(self.drawing[31], c(0.5) * (q[3] * q[3]),
+            self.drawing[31] * (c(0.5) * (q[0] * q[0]))) + mul_add(self.drawing[31],
+            c(0.5) * (q[2] * q[2]), self.drawing[31] * (c(0.5) * (q[1] * q[1])));
+        let potential_sum_2 = mul_add(c(GRAVITY_Z), mul_add(self.drawing[27], axis_z_coupler_z,
+            mul_add(-self.drawing[42], minus_origin_coupler_z,
+            self.drawing[26] * axis_y_coupler_z)), mul_add(c(GRAVITY_Z), mul_add(self.drawing[25],
+            cos_drive, self.drawing[40] * sin_drive), mul_add(sin_pivot, self.drawing[45],
+            potential_sum)));
         kinetic[0] = kinetic_2;
-        potential[0] = mul_add(c(GRAVITY_Z), mul_add(self.drawing[3], axis_y_coupler_ghost0_z,
-            mul_add(self.drawing[2], axis_y_coupler_ghost0_x,
-            self.drawing[23] * origin_coupler_ghost0_z)), potential_sum_2);
+        potential[0] = mul_add(c(GRAVITY_Z), mul_add(self.drawing[28], axis_y_coupler_ghost0_z,
+            mul_add(self.drawing[27], axis_y_coupler_ghost0_x,
+            self.drawing[42] * origin_coupler_ghost0_z)), potential_sum_2);
     }
     /// The prescribed angle of each driven joint, in the order of the joints.
     fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
@@ -1069,13 +1070,13 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             -minus_apparent_gravity_rocker_y);
         // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_z = -lambda[1] - lambda[2];
-        let closure_moment_coupler_x = mul_add(self.drawing[16], lambda[2],
-            self.drawing[14] * lambda[1]);
+        let closure_moment_coupler_x = mul_add(self.drawing[14], lambda[2],
+            self.drawing[12] * lambda[1]);
         let closure_force_in_parent_coupler_z = mul_add(cos_front, closure_force_coupler_z,
             sin_front * lambda[0]);
         // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
-        let closure_moment_coupler_ghost0_x = self.drawing[15] * lambda[2];
+        let closure_moment_coupler_ghost0_x = self.drawing[13] * lambda[2];
         let closure_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
             closure_force_coupler_ghost0_z, sin_back * lambda[0]);
         // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
@@ -1087,17 +1088,17 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             sin_front * apparent_gravity_in_parent_coupler_z);
         let apparent_gravity_coupler_z = mul_add(-sin_front, apparent_gravity_in_parent_coupler_y,
             cos_front * apparent_gravity_in_parent_coupler_z);
-        let net_moment_coupler_x = mul_add(-self.drawing[2], apparent_gravity_coupler_y,
-            mul_add(self.drawing[1], apparent_gravity_coupler_z, -mul_add(self.drawing[40],
-            alpha_coupler_x, self.drawing[39] * alpha_coupler_x)));
-        let net_force_coupler_y = mul_add(self.drawing[23], apparent_gravity_coupler_y,
-            mul_add(self.drawing[2], alpha_coupler_x, self.drawing[1] * omega_coupler_xx));
-        let net_force_coupler_z = mul_add(self.drawing[23], apparent_gravity_coupler_z,
-            mul_add(-self.drawing[1], alpha_coupler_x, self.drawing[2] * omega_coupler_xx));
-        let net_moment_coupler_y = mul_add(-self.drawing[36], apparent_gravity_coupler_z,
-            mul_add(-self.drawing[38], omega_coupler_xx, self.drawing[37] * alpha_coupler_x));
-        let net_moment_coupler_z = mul_add(self.drawing[36], apparent_gravity_coupler_y,
-            mul_add(self.drawing[38], alpha_coupler_x, self.drawing[37] * omega_coupler_xx));
+        let net_moment_coupler_x = mul_add(-self.drawing[27], apparent_gravity_coupler_y,
+            mul_add(self.drawing[26], apparent_gravity_coupler_z, -mul_add(self.drawing[59],
+            alpha_coupler_x, self.drawing[58] * alpha_coupler_x)));
+        let net_force_coupler_y = mul_add(self.drawing[42], apparent_gravity_coupler_y,
+            mul_add(self.drawing[27], alpha_coupler_x, self.drawing[26] * omega_coupler_xx));
+        let net_force_coupler_z = mul_add(self.drawing[42], apparent_gravity_coupler_z,
+            mul_add(-self.drawing[26], alpha_coupler_x, self.drawing[27] * omega_coupler_xx));
+        let net_moment_coupler_y = mul_add(-self.drawing[55], apparent_gravity_coupler_z,
+            mul_add(-self.drawing[57], omega_coupler_xx, self.drawing[56] * alpha_coupler_x));
+        let net_moment_coupler_z = mul_add(self.drawing[55], apparent_gravity_coupler_y,
+            mul_add(self.drawing[57], alpha_coupler_x, self.drawing[56] * omega_coupler_xx));
         let transmitted_force_in_parent_coupler_z = mul_add(cos_front, net_force_coupler_z,
             sin_front * net_force_coupler_y);
         // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
@@ -1111,22 +1112,22 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_back,
             apparent_gravity_in_parent_coupler_ghost0_y,
             cos_back * apparent_gravity_in_parent_coupler_ghost0_z);
-        let net_moment_coupler_ghost0_x = mul_add(self.drawing[3],
-            apparent_gravity_coupler_ghost0_z, -mul_add(self.drawing[2],
-            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[44], alpha_coupler_ghost0_x,
-            self.drawing[40] * alpha_coupler_ghost0_x)));
-        let net_force_coupler_ghost0_y = mul_add(self.drawing[23],
-            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[3], omega_coupler_ghost0_xx,
-            self.drawing[2] * alpha_coupler_ghost0_x));
-        let net_force_coupler_ghost0_z = mul_add(self.drawing[23],
-            apparent_gravity_coupler_ghost0_z, mul_add(-self.drawing[3], alpha_coupler_ghost0_x,
-            self.drawing[2] * omega_coupler_ghost0_xx));
-        let net_moment_coupler_ghost0_y = mul_add(-self.drawing[41],
-            apparent_gravity_coupler_ghost0_z, mul_add(-self.drawing[43], omega_coupler_ghost0_xx,
-            self.drawing[42] * alpha_coupler_ghost0_x));
-        let net_moment_coupler_ghost0_z = mul_add(self.drawing[41],
-            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[43], alpha_coupler_ghost0_x,
-            self.drawing[42] * omega_coupler_ghost0_xx));
+        let net_moment_coupler_ghost0_x = mul_add(self.drawing[28],
+            apparent_gravity_coupler_ghost0_z, -mul_add(self.drawing[27],
+            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[63], alpha_coupler_ghost0_x,
+            self.drawing[59] * alpha_coupler_ghost0_x)));
+        let net_force_coupler_ghost0_y = mul_add(self.drawing[42],
+            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[28], omega_coupler_ghost0_xx,
+            self.drawing[27] * alpha_coupler_ghost0_x));
+        let net_force_coupler_ghost0_z = mul_add(self.drawing[42],
+            apparent_gravity_coupler_ghost0_z, mul_add(-self.drawing[28], alpha_coupler_ghost0_x,
+            self.drawing[27] * omega_coupler_ghost0_xx));
+        let net_moment_coupler_ghost0_y = mul_add(-self.drawing[60],
+            apparent_gravity_coupler_ghost0_z, mul_add(-self.drawing[62], omega_coupler_ghost0_xx,
+            self.drawing[61] * alpha_coupler_ghost0_x));
+        let net_moment_coupler_ghost0_z = mul_add(self.drawing[60],
+            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[62], alpha_coupler_ghost0_x,
+            self.drawing[61] * omega_coupler_ghost0_xx));
         let transmitted_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
             net_force_coupler_ghost0_z, sin_back * net_force_coupler_ghost0_y);
         let transmitted_moment_on_hinge_coupler_ghost0_y = mul_add(-sin_back,
@@ -1135,41 +1136,41 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             net_moment_coupler_ghost0_z, sin_back * net_moment_coupler_ghost0_y);
         // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let transmitted_moment_crank_y = mul_add(cos_front, net_moment_coupler_y,
-            mul_add(-sin_front, net_moment_coupler_z, mul_add(self.drawing[28],
-            minus_apparent_gravity_crank_z, mul_add(-self.drawing[30], omega_crank_xx,
-            self.drawing[29] * a[0]))));
+            mul_add(-sin_front, net_moment_coupler_z, mul_add(self.drawing[47],
+            minus_apparent_gravity_crank_z, mul_add(-self.drawing[49], omega_crank_xx,
+            self.drawing[48] * a[0]))));
         let transmitted_moment_crank_z = mul_add(sin_front, net_moment_coupler_y, mul_add(cos_front,
-            net_moment_coupler_z, mul_add(-self.drawing[28], minus_apparent_gravity_crank_y,
-            mul_add(self.drawing[30], a[0], self.drawing[29] * omega_crank_xx))));
+            net_moment_coupler_z, mul_add(-self.drawing[47], minus_apparent_gravity_crank_y,
+            mul_add(self.drawing[49], a[0], self.drawing[48] * omega_crank_xx))));
         // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let transmitted_moment_rocker_y = transmitted_moment_on_hinge_coupler_ghost0_y
-            + mul_add(self.drawing[35], a[3], self.drawing[33] * minus_apparent_gravity_rocker_z);
+            + mul_add(self.drawing[54], a[3], self.drawing[52] * minus_apparent_gravity_rocker_z);
         let transmitted_moment_rocker_z = transmitted_moment_in_parent_coupler_ghost0_z
-            + mul_add(-self.drawing[33], minus_apparent_gravity_rocker_y,
-            self.drawing[35] * omega_rocker_xx);
+            + mul_add(-self.drawing[52], minus_apparent_gravity_rocker_y,
+            self.drawing[54] * omega_rocker_xx);
         // mechanism: results: what the function returns
-        let reactions_0_1_sum = mul_add(-sin_front, net_force_coupler_z, mul_add(-self.drawing[27],
+        let reactions_0_1_sum = mul_add(-sin_front, net_force_coupler_z, mul_add(-self.drawing[46],
             minus_apparent_gravity_crank_y, mul_add(cos_front, lambda[0], mul_add(-sin_front,
-            closure_force_coupler_z, mul_add(self.drawing[0], a[0],
-            self.drawing[21] * omega_crank_xx)))));
-        let reactions_0_3_sum = net_moment_coupler_x + (mul_add(-self.drawing[21],
-            minus_apparent_gravity_crank_z, closure_moment_coupler_x - mul_add(self.drawing[32],
-            a[0], self.drawing[31] * a[0])) + mul_add(-self.params.crank,
-            closure_force_in_parent_coupler_z, self.drawing[0] * minus_apparent_gravity_crank_y));
+            closure_force_coupler_z, mul_add(self.drawing[25], a[0],
+            self.drawing[40] * omega_crank_xx)))));
+        let reactions_0_3_sum = net_moment_coupler_x + (mul_add(-self.drawing[40],
+            minus_apparent_gravity_crank_z, closure_moment_coupler_x - mul_add(self.drawing[51],
+            a[0], self.drawing[50] * a[0])) + mul_add(-self.params.crank,
+            closure_force_in_parent_coupler_z, self.drawing[25] * minus_apparent_gravity_crank_y));
         let mechanism_sum = net_force_coupler_ghost0_z + closure_force_coupler_ghost0_z;
         let net_force_coupler_ghost0_y_plus_lambda_0 = net_force_coupler_ghost0_y + lambda[0];
         let transmitted_force_in_parent_coupler_ghost0_z_sum =
             transmitted_force_in_parent_coupler_ghost0_z + (closure_force_in_parent_coupler_ghost0_z
-            + mul_add(-self.drawing[34], a[3], cos_pivot * c(-MECHANISM_SUM_FACTOR)));
+            + mul_add(-self.drawing[53], a[3], cos_pivot * c(-MECHANISM_SUM_FACTOR)));
         let mechanism_sum_2 = mul_add(cos_back, net_force_coupler_ghost0_y, mul_add(-sin_back,
-            net_force_coupler_ghost0_z, mul_add(self.drawing[34], omega_rocker_xx,
+            net_force_coupler_ghost0_z, mul_add(self.drawing[53], omega_rocker_xx,
             sin_pivot * c(-MECHANISM_SUM_FACTOR)) + mul_add(-sin_back,
             closure_force_coupler_ghost0_z, cos_back * lambda[0])));
         reactions[0] = c(0.0);
         reactions[1] = -mul_add(cos_front, net_force_coupler_y, reactions_0_1_sum);
-        reactions[2] = -(transmitted_force_in_parent_coupler_z + mul_add(-self.drawing[27],
+        reactions[2] = -(transmitted_force_in_parent_coupler_z + mul_add(-self.drawing[46],
             minus_apparent_gravity_crank_z, closure_force_in_parent_coupler_z
-            + mul_add(-self.drawing[21], a[0], self.drawing[0] * omega_crank_xx)));
+            + mul_add(-self.drawing[40], a[0], self.drawing[25] * omega_crank_xx)));
         reactions[3] = -mul_add(-self.params.crank, transmitted_force_in_parent_coupler_z,
             reactions_0_3_sum);
         reactions[4] = -transmitted_moment_crank_y;
@@ -1195,8 +1196,8 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             sin_pivot * mechanism_sum_2);
         reactions[21] = -mul_add(self.drawing[5], transmitted_force_in_parent_coupler_ghost0_z,
             net_moment_coupler_ghost0_x + mul_add(self.drawing[5],
-            closure_force_in_parent_coupler_ghost0_z, mul_add(-self.drawing[34],
-            minus_apparent_gravity_rocker_z, mul_add(-self.drawing[22], a[3],
+            closure_force_in_parent_coupler_ghost0_z, mul_add(-self.drawing[53],
+            minus_apparent_gravity_rocker_z, mul_add(-self.drawing[41], a[3],
             closure_moment_coupler_ghost0_x))));
         reactions[22] = mul_add(-cos_pivot, transmitted_moment_rocker_y,
             sin_pivot * transmitted_moment_rocker_z);
@@ -1240,7 +1241,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         // mechanism: number of the drawing: what follows from the parameters alone
         let minus_d_drawn = dp[0] * c(MINUS_D_DRAWN_FACTOR);
         let d_drawn_7 = minus_d_drawn / c(2.0);
-        let d_drawn_8 = mul_add(self.drawing[45], dp[3], dp[0] * self.drawing[46]);
+        let d_drawn_8 = mul_add(self.drawing[64], dp[3], dp[0] * self.drawing[65]);
         let d_drawn_9 = minus_d_drawn + d_drawn_8;
         let d_drawn_10 = d_drawn_9 / c(2.0);
         let d_drawn_11 = d_drawn_7 + d_drawn_10;
@@ -1255,75 +1256,75 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let d_mass_crank = d_drawn_16 * c(D_MASS_CRANK_FACTOR);
         let d_drawn_19 = minus_d_drawn / c(6.0);
         let d_drawn_20 = d_drawn_9 / c(6.0);
-        let d_drawn_21 = mul_add(self.drawing[51], d_drawn_20, dp[3] * self.drawing[52]);
+        let d_drawn_21 = mul_add(self.drawing[70], d_drawn_20, dp[3] * self.drawing[71]);
         let d_drawn_22 = mul_add(c(-MINUS_D_DRAWN_FACTOR_2), d_drawn_19, d_drawn_21);
         let d_drawn_23 = c(2.0) * dp[3];
         let d_drawn_24 = d_drawn_12 / c(6.0);
-        let d_drawn_25 = mul_add(self.drawing[53], d_drawn_24, d_drawn_23 * self.drawing[54]);
+        let d_drawn_25 = mul_add(self.drawing[72], d_drawn_24, d_drawn_23 * self.drawing[73]);
         let d_drawn_26 = d_drawn_22 + d_drawn_25;
         let d_drawn_27 = minus_d_drawn_2 / c(6.0);
-        let d_drawn_28 = mul_add(self.drawing[51], d_drawn_27, dp[3] * self.drawing[55]);
+        let d_drawn_28 = mul_add(self.drawing[70], d_drawn_27, dp[3] * self.drawing[74]);
         let d_drawn_29 = d_drawn_26 + d_drawn_28;
-        let d_drawn_times_drawing_56 = d_drawn_16 * self.drawing[56];
-        let d_drawn_30 = (d_drawn_29 - d_drawn_times_drawing_56) / self.drawing[47];
-        let d_drawn_31 = mul_add(dp[0], self.drawing[50], d_drawn_19 * self.drawing[57]);
+        let d_drawn_times_drawing_75 = d_drawn_16 * self.drawing[75];
+        let d_drawn_30 = (d_drawn_29 - d_drawn_times_drawing_75) / self.drawing[66];
+        let d_drawn_31 = mul_add(dp[0], self.drawing[69], d_drawn_19 * self.drawing[76]);
         let d_drawn_32 = dp[0] * c(2.0);
-        let d_drawn_33 = mul_add(self.drawing[52], d_drawn_32, d_drawn_20 * self.drawing[58]);
+        let d_drawn_33 = mul_add(self.drawing[71], d_drawn_32, d_drawn_20 * self.drawing[77]);
         let d_drawn_34 = d_drawn_31 + d_drawn_33;
-        let d_drawn_35 = mul_add(dp[0], self.drawing[54], d_drawn_24 * self.drawing[57]);
+        let d_drawn_35 = mul_add(dp[0], self.drawing[73], d_drawn_24 * self.drawing[76]);
         let d_drawn_36 = d_drawn_34 + d_drawn_35;
         let d_drawn_37 = mul_add(c(-MINUS_D_DRAWN_FACTOR_2), d_drawn_27, d_drawn_36);
-        let d_drawn_times_drawing_59 = d_drawn_16 * self.drawing[59];
-        let d_drawn_38 = (d_drawn_37 - d_drawn_times_drawing_59) / self.drawing[47];
-        let minus_d_first_moment_crank_y = mul_add(self.drawing[27], d_drawn_38,
-            d_mass_crank * self.drawing[60]);
-        let d_drawn_39 = mul_add(-d_mass_crank, self.drawing[61],
-            d_drawn_16 * c(D_DRAWN_FACTOR_3)) / self.drawing[27];
-        let d_first_moment_crank_z = mul_add(self.drawing[27], d_drawn_39,
-            d_mass_crank * self.drawing[62]);
+        let d_drawn_times_drawing_78 = d_drawn_16 * self.drawing[78];
+        let d_drawn_38 = (d_drawn_37 - d_drawn_times_drawing_78) / self.drawing[66];
+        let minus_d_first_moment_crank_y = mul_add(self.drawing[46], d_drawn_38,
+            d_mass_crank * self.drawing[79]);
+        let d_drawn_39 = mul_add(-d_mass_crank, self.drawing[80],
+            d_drawn_16 * c(D_DRAWN_FACTOR_3)) / self.drawing[46];
+        let d_first_moment_crank_z = mul_add(self.drawing[46], d_drawn_39,
+            d_mass_crank * self.drawing[81]);
         let d_drawn_40 = minus_d_drawn / c(12.0);
-        let d_crank_times_drawing_45 = dp[0] * self.drawing[45];
-        let d_drawn_41 = mul_add(c(2.0), d_crank_times_drawing_45, -minus_d_drawn);
-        let d_drawn_42 = mul_add(self.drawing[63], d_drawn_41, d_drawn_40 * self.drawing[64]);
+        let d_crank_times_drawing_64 = dp[0] * self.drawing[64];
+        let d_drawn_41 = mul_add(c(2.0), d_crank_times_drawing_64, -minus_d_drawn);
+        let d_drawn_42 = mul_add(self.drawing[82], d_drawn_41, d_drawn_40 * self.drawing[83]);
         let d_drawn_43 = d_drawn_9 / c(12.0);
-        let d_drawn_44 = c(6.0) * d_crank_times_drawing_45;
-        let d_drawn_45 = mul_add(self.drawing[65], d_drawn_44, d_drawn_43 * self.drawing[66]);
+        let d_drawn_44 = c(6.0) * d_crank_times_drawing_64;
+        let d_drawn_45 = mul_add(self.drawing[84], d_drawn_44, d_drawn_43 * self.drawing[85]);
         let d_drawn_46 = d_drawn_42 + d_drawn_45;
         let d_drawn_47 = d_drawn_12 / c(12.0);
-        let d_drawn_48 = mul_add(d_drawn_41, self.drawing[67], d_drawn_47 * self.drawing[68]);
+        let d_drawn_48 = mul_add(d_drawn_41, self.drawing[86], d_drawn_47 * self.drawing[87]);
         let d_drawn_49 = d_drawn_46 + d_drawn_48;
         let d_drawn_50 = minus_d_drawn_2 / c(12.0);
         let d_drawn_51 = mul_add(c(D_DRAWN_FACTOR_4), d_drawn_50, d_drawn_49);
-        let d_drawn_52 = mul_add(self.drawing[47], d_drawn_38, d_drawn_times_drawing_59);
-        let d_drawn_53 = mul_add(self.drawing[59], d_drawn_52, d_drawn_38 * self.drawing[70]);
+        let d_drawn_52 = mul_add(self.drawing[66], d_drawn_38, d_drawn_times_drawing_78);
+        let d_drawn_53 = mul_add(self.drawing[78], d_drawn_52, d_drawn_38 * self.drawing[89]);
         let d_drawn_54 = d_drawn_51 - d_drawn_53;
         let d_drawn_55 = c(D_DRAWN_FACTOR) * d_drawn_54;
         let d_drawn_56 = d_drawn_16 * c(D_DRAWN_FACTOR_5);
         let d_drawn_57 = d_drawn_56 / c(12.0);
         let d_drawn_58 = d_drawn_55 + d_drawn_57;
-        let d_drawn_times_drawing_71 = d_drawn_39 * self.drawing[71];
-        let d_drawn_59 = -d_drawn_times_drawing_71 - d_drawn_times_drawing_71;
-        let d_drawn_60 = mul_add(self.drawing[48], d_drawn_59, d_drawn_17 * self.drawing[72]);
+        let d_drawn_times_drawing_90 = d_drawn_39 * self.drawing[90];
+        let d_drawn_59 = -d_drawn_times_drawing_90 - d_drawn_times_drawing_90;
+        let d_drawn_60 = mul_add(self.drawing[67], d_drawn_59, d_drawn_17 * self.drawing[91]);
         let d_drawn_61 = c(D_DRAWN_FACTOR_2) * d_drawn_54;
         let d_drawn_62 = d_drawn_16 * c(D_DRAWN_FACTOR_6);
         let d_drawn_63 = d_drawn_62 / c(12.0);
-        let d_drawn_times_drawing_73 = d_drawn_39 * self.drawing[73];
-        let d_drawn_64 = -d_drawn_times_drawing_73 - d_drawn_times_drawing_73;
-        let d_drawn_65 = mul_add(self.drawing[49], d_drawn_64, d_drawn_18 * self.drawing[74]);
-        let d_drawn_times_drawing_75 = d_drawn_39 * self.drawing[75];
-        let d_drawn_66 = -d_drawn_times_drawing_75 - d_drawn_times_drawing_75;
-        let d_drawn_67 = mul_add(self.drawing[48], d_drawn_66, d_drawn_17 * self.drawing[76]);
-        let d_width_times_drawing_46 = dp[3] * self.drawing[46];
-        let d_drawn_68 = mul_add(c(2.0), d_width_times_drawing_46, -minus_d_drawn_2);
-        let d_drawn_69 = mul_add(self.drawing[65], d_drawn_68, d_drawn_43 * self.drawing[77]);
+        let d_drawn_times_drawing_92 = d_drawn_39 * self.drawing[92];
+        let d_drawn_64 = -d_drawn_times_drawing_92 - d_drawn_times_drawing_92;
+        let d_drawn_65 = mul_add(self.drawing[68], d_drawn_64, d_drawn_18 * self.drawing[93]);
+        let d_drawn_times_drawing_94 = d_drawn_39 * self.drawing[94];
+        let d_drawn_66 = -d_drawn_times_drawing_94 - d_drawn_times_drawing_94;
+        let d_drawn_67 = mul_add(self.drawing[67], d_drawn_66, d_drawn_17 * self.drawing[95]);
+        let d_width_times_drawing_65 = dp[3] * self.drawing[65];
+        let d_drawn_68 = mul_add(c(2.0), d_width_times_drawing_65, -minus_d_drawn_2);
+        let d_drawn_69 = mul_add(self.drawing[84], d_drawn_68, d_drawn_43 * self.drawing[96]);
         let d_drawn_70 = mul_add(c(D_DRAWN_FACTOR_4), d_drawn_40, d_drawn_69);
-        let d_drawn_71 = c(6.0) * d_width_times_drawing_46;
-        let d_drawn_72 = mul_add(self.drawing[67], d_drawn_71, d_drawn_47 * self.drawing[78]);
+        let d_drawn_71 = c(6.0) * d_width_times_drawing_65;
+        let d_drawn_72 = mul_add(self.drawing[86], d_drawn_71, d_drawn_47 * self.drawing[97]);
         let d_drawn_73 = d_drawn_70 + d_drawn_72;
-        let d_drawn_74 = mul_add(self.drawing[69], d_drawn_68, d_drawn_50 * self.drawing[79]);
+        let d_drawn_74 = mul_add(self.drawing[88], d_drawn_68, d_drawn_50 * self.drawing[98]);
         let d_drawn_75 = d_drawn_73 + d_drawn_74;
-        let d_drawn_76 = mul_add(self.drawing[47], d_drawn_30, d_drawn_times_drawing_56);
-        let d_drawn_77 = mul_add(self.drawing[56], d_drawn_76, d_drawn_30 * self.drawing[80]);
+        let d_drawn_76 = mul_add(self.drawing[66], d_drawn_30, d_drawn_times_drawing_75);
+        let d_drawn_77 = mul_add(self.drawing[75], d_drawn_76, d_drawn_30 * self.drawing[99]);
         let d_drawn_78 = d_drawn_75 - d_drawn_77;
         let d_drawn_79 = c(D_DRAWN_FACTOR) * d_drawn_78;
         let d_drawn_80 = d_drawn_57 + d_drawn_79;
@@ -1336,144 +1337,144 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             + (d_drawn_61 + mul_add(c(2.0), d_drawn_58, d_drawn_60))))));
         let d_drawn_86 = d_drawn_85 * c(0.5);
         let d_drawn_87 = d_drawn_86 - d_drawn_82;
-        let d_drawn_88 = c(2.0) * (d_drawn_38 * self.drawing[60]);
-        let d_drawn_89 = mul_add(self.drawing[27], d_drawn_88, d_mass_crank * self.drawing[81]);
+        let d_drawn_88 = c(2.0) * (d_drawn_38 * self.drawing[79]);
+        let d_drawn_89 = mul_add(self.drawing[46], d_drawn_88, d_mass_crank * self.drawing[100]);
         let d_second_moment_crank_yy = d_drawn_87 + d_drawn_89;
         let d_drawn_90 = d_drawn_86 - d_drawn_84;
-        let d_drawn_91 = c(2.0) * (d_drawn_39 * self.drawing[62]);
-        let d_drawn_92 = mul_add(self.drawing[27], d_drawn_91, d_mass_crank * self.drawing[82]);
+        let d_drawn_91 = c(2.0) * (d_drawn_39 * self.drawing[81]);
+        let d_drawn_92 = mul_add(self.drawing[46], d_drawn_91, d_mass_crank * self.drawing[101]);
         let d_second_moment_crank_zz = d_drawn_90 + d_drawn_92;
         let d_drawn_93 = d_drawn_3 - d_drawn_4;
         let minus_d_drawn_3 = dp[0] * c(MINUS_D_DRAWN_FACTOR_2);
         let minus_d_drawn_4 = c(MINUS_D_DRAWN_FACTOR_2) * d_drawn;
         let d_drawn_94 = minus_d_drawn_4 - minus_d_drawn_3;
         let d_drawn_95 = d_drawn_94 / c(2.0);
-        let d_drawn_96 = mul_add(dp[3], self.drawing[85], d_drawn * self.drawing[86]);
+        let d_drawn_96 = mul_add(dp[3], self.drawing[104], d_drawn * self.drawing[105]);
         let d_drawn_97 = minus_d_drawn_4 + d_drawn_96;
         let d_drawn_98 = d_drawn_97 / c(2.0);
         let d_drawn_99 = d_drawn_95 + d_drawn_98;
-        let d_drawn_100 = mul_add(d_drawn_23, self.drawing[85], d_drawn * self.drawing[87]);
-        let d_drawn_101 = mul_add(self.drawing[86], d_drawn_6, dp[3] * self.drawing[88]);
+        let d_drawn_100 = mul_add(d_drawn_23, self.drawing[104], d_drawn * self.drawing[106]);
+        let d_drawn_101 = mul_add(self.drawing[105], d_drawn_6, dp[3] * self.drawing[107]);
         let d_drawn_102 = d_drawn_100 - d_drawn_101;
         let d_drawn_103 = d_drawn_102 / c(2.0);
         let d_drawn_104 = d_drawn_99 + d_drawn_103;
-        let d_drawn_105 = mul_add(d_drawn_23, self.drawing[84], dp[0] * self.drawing[87]);
+        let d_drawn_105 = mul_add(d_drawn_23, self.drawing[103], dp[0] * self.drawing[106]);
         let d_drawn_106 = d_drawn_101 - d_drawn_105;
         let d_drawn_107 = d_drawn_106 / c(2.0);
         let d_drawn_108 = d_drawn_104 + d_drawn_107;
-        let d_drawn_109 = mul_add(dp[3], self.drawing[84], dp[0] * self.drawing[86]);
+        let d_drawn_109 = mul_add(dp[3], self.drawing[103], dp[0] * self.drawing[105]);
         let d_drawn_110 = -minus_d_drawn_3 - d_drawn_109;
         let d_drawn_111 = d_drawn_110 / c(2.0);
         let d_drawn_112 = d_drawn_108 + d_drawn_111;
         let d_drawn_113 = c(D_DRAWN_FACTOR) * d_drawn_112;
         let d_drawn_114 = c(D_DRAWN_FACTOR_2) * d_drawn_112;
         let d_drawn_115 = c(D_MASS_CRANK_FACTOR) * d_drawn_112;
-        let d_mass_coupler = d_drawn_112 * c(D_MASS_COUPLER_FACTOR);
+        let d_mass_coupler = d_drawn_112 * c(0.3145);
         let d_drawn_116 = d_drawn_94 / c(6.0);
         let d_drawn_117 = d_drawn_97 / c(6.0);
-        let d_drawn_118 = mul_add(self.drawing[94], d_drawn_117, dp[3] * self.drawing[95]);
+        let d_drawn_118 = mul_add(self.drawing[113], d_drawn_117, dp[3] * self.drawing[114]);
         let d_drawn_119 = mul_add(c(-MINUS_D_DRAWN_FACTOR_3), d_drawn_116, d_drawn_118);
         let d_drawn_120 = dp[3] * c(3.0);
         let d_drawn_121 = d_drawn_102 / c(6.0);
-        let d_drawn_122 = mul_add(self.drawing[96], d_drawn_121, d_drawn_120 * self.drawing[97]);
+        let d_drawn_122 = mul_add(self.drawing[115], d_drawn_121, d_drawn_120 * self.drawing[116]);
         let d_drawn_123 = d_drawn_119 + d_drawn_122;
         let d_drawn_124 = d_drawn_106 / c(6.0);
-        let d_drawn_125 = mul_add(self.drawing[96], d_drawn_124, d_drawn_120 * self.drawing[98]);
+        let d_drawn_125 = mul_add(self.drawing[115], d_drawn_124, d_drawn_120 * self.drawing[117]);
         let d_drawn_126 = d_drawn_123 + d_drawn_125;
         let d_drawn_127 = d_drawn_110 / c(6.0);
-        let d_drawn_128 = mul_add(self.drawing[94], d_drawn_127, dp[3] * self.drawing[99]);
+        let d_drawn_128 = mul_add(self.drawing[113], d_drawn_127, dp[3] * self.drawing[118]);
         let d_drawn_129 = d_drawn_126 + d_drawn_128;
-        let d_drawn_times_drawing_100 = d_drawn_112 * self.drawing[100];
-        let d_drawn_130 = (d_drawn_129 - d_drawn_times_drawing_100) / self.drawing[89];
+        let d_drawn_times_drawing_119 = d_drawn_112 * self.drawing[119];
+        let d_drawn_130 = (d_drawn_129 - d_drawn_times_drawing_119) / self.drawing[108];
         let d_drawn_131 = dp[0] + d_drawn;
-        let d_drawn_132 = mul_add(self.drawing[93], d_drawn_131, d_drawn_116 * self.drawing[101]);
+        let d_drawn_132 = mul_add(self.drawing[112], d_drawn_131, d_drawn_116 * self.drawing[120]);
         let d_drawn_133 = c(2.0) * d_drawn;
-        let d_drawn_134 = mul_add(self.drawing[95], d_drawn_133, d_drawn_117 * self.drawing[102]);
+        let d_drawn_134 = mul_add(self.drawing[114], d_drawn_133, d_drawn_117 * self.drawing[121]);
         let d_drawn_135 = d_drawn_132 + d_drawn_134;
         let d_drawn_136 = d_drawn + d_drawn_6;
-        let d_drawn_137 = mul_add(self.drawing[97], d_drawn_136, d_drawn_121 * self.drawing[103]);
+        let d_drawn_137 = mul_add(self.drawing[116], d_drawn_136, d_drawn_121 * self.drawing[122]);
         let d_drawn_138 = d_drawn_135 + d_drawn_137;
         let d_drawn_139 = dp[0] + d_drawn_6;
-        let d_drawn_140 = mul_add(self.drawing[98], d_drawn_139, d_drawn_124 * self.drawing[104]);
+        let d_drawn_140 = mul_add(self.drawing[117], d_drawn_139, d_drawn_124 * self.drawing[123]);
         let d_drawn_141 = d_drawn_138 + d_drawn_140;
-        let d_drawn_142 = mul_add(d_drawn_32, self.drawing[99], d_drawn_127 * self.drawing[105]);
+        let d_drawn_142 = mul_add(d_drawn_32, self.drawing[118], d_drawn_127 * self.drawing[124]);
         let d_drawn_143 = d_drawn_141 + d_drawn_142;
-        let d_drawn_times_drawing_106 = d_drawn_112 * self.drawing[106];
-        let d_drawn_144 = (d_drawn_143 - d_drawn_times_drawing_106) / self.drawing[89];
+        let d_drawn_times_drawing_125 = d_drawn_112 * self.drawing[125];
+        let d_drawn_144 = (d_drawn_143 - d_drawn_times_drawing_125) / self.drawing[108];
         let d_drawn_145 = d_drawn_144 - dp[0];
-        let minus_d_first_moment_coupler_y = mul_add(self.drawing[23], d_drawn_145,
-            d_mass_coupler * self.drawing[107]);
-        let d_drawn_146 = mul_add(-d_drawn_115, self.drawing[108],
-            c(D_DRAWN_FACTOR_3) * d_drawn_112) / self.drawing[92];
-        let d_first_moment_coupler_z = mul_add(self.drawing[23], d_drawn_146,
-            d_mass_coupler * self.drawing[109]);
+        let minus_d_first_moment_coupler_y = mul_add(self.drawing[42], d_drawn_145,
+            d_mass_coupler * self.drawing[126]);
+        let d_drawn_146 = mul_add(-d_drawn_115, self.drawing[127],
+            c(D_DRAWN_FACTOR_3) * d_drawn_112) / self.drawing[111];
+        let d_first_moment_coupler_z = mul_add(self.drawing[42], d_drawn_146,
+            d_mass_coupler * self.drawing[128]);
         let d_drawn_147 = d_drawn_94 / c(12.0);
-        let d_crank_times_drawing_84 = dp[0] * self.drawing[84];
-        let d_drawn_148 = c(2.0) * d_crank_times_drawing_84;
-        let d_drawn_149 = mul_add(d_drawn, self.drawing[84], dp[0] * self.drawing[85]);
+        let d_crank_times_drawing_103 = dp[0] * self.drawing[103];
+        let d_drawn_148 = c(2.0) * d_crank_times_drawing_103;
+        let d_drawn_149 = mul_add(d_drawn, self.drawing[103], dp[0] * self.drawing[104]);
         let d_drawn_150 = d_drawn_148 + d_drawn_149;
-        let d_drawn_times_drawing_85 = d_drawn * self.drawing[85];
-        let d_drawn_151 = c(2.0) * d_drawn_times_drawing_85;
+        let d_drawn_times_drawing_104 = d_drawn * self.drawing[104];
+        let d_drawn_151 = c(2.0) * d_drawn_times_drawing_104;
         let d_drawn_152 = d_drawn_150 + d_drawn_151;
-        let d_drawn_153 = mul_add(self.drawing[110], d_drawn_152, d_drawn_147 * self.drawing[111]);
+        let d_drawn_153 = mul_add(self.drawing[129], d_drawn_152, d_drawn_147 * self.drawing[130]);
         let d_drawn_154 = d_drawn_97 / c(12.0);
-        let d_drawn_155 = c(6.0) * d_drawn_times_drawing_85;
-        let d_drawn_156 = mul_add(self.drawing[112], d_drawn_155, d_drawn_154 * self.drawing[113]);
+        let d_drawn_155 = c(6.0) * d_drawn_times_drawing_104;
+        let d_drawn_156 = mul_add(self.drawing[131], d_drawn_155, d_drawn_154 * self.drawing[132]);
         let d_drawn_157 = d_drawn_153 + d_drawn_156;
         let d_drawn_158 = d_drawn_102 / c(12.0);
-        let d_drawn_159 = mul_add(self.drawing[85], d_drawn_6, d_drawn * self.drawing[88]);
+        let d_drawn_159 = mul_add(self.drawing[104], d_drawn_6, d_drawn * self.drawing[107]);
         let d_drawn_160 = d_drawn_151 + d_drawn_159;
-        let d_drawn_161 = c(2.0) * (d_drawn_6 * self.drawing[88]);
+        let d_drawn_161 = c(2.0) * (d_drawn_6 * self.drawing[107]);
         let d_drawn_162 = d_drawn_160 + d_drawn_161;
-        let d_drawn_163 = mul_add(self.drawing[114], d_drawn_162, d_drawn_158 * self.drawing[115]);
+        let d_drawn_163 = mul_add(self.drawing[133], d_drawn_162, d_drawn_158 * self.drawing[134]);
         let d_drawn_164 = d_drawn_157 + d_drawn_163;
         let d_drawn_165 = d_drawn_106 / c(12.0);
-        let d_drawn_166 = mul_add(self.drawing[84], d_drawn_6, dp[0] * self.drawing[88]);
+        let d_drawn_166 = mul_add(self.drawing[103], d_drawn_6, dp[0] * self.drawing[107]);
         let d_drawn_167 = d_drawn_161 + d_drawn_166;
         let d_drawn_168 = d_drawn_148 + d_drawn_167;
-        let d_drawn_169 = mul_add(self.drawing[116], d_drawn_168, d_drawn_165 * self.drawing[117]);
+        let d_drawn_169 = mul_add(self.drawing[135], d_drawn_168, d_drawn_165 * self.drawing[136]);
         let d_drawn_170 = d_drawn_164 + d_drawn_169;
         let d_drawn_171 = d_drawn_110 / c(12.0);
-        let d_drawn_172 = c(6.0) * d_crank_times_drawing_84;
-        let d_drawn_173 = mul_add(self.drawing[118], d_drawn_172, d_drawn_171 * self.drawing[119]);
+        let d_drawn_172 = c(6.0) * d_crank_times_drawing_103;
+        let d_drawn_173 = mul_add(self.drawing[137], d_drawn_172, d_drawn_171 * self.drawing[138]);
         let d_drawn_174 = d_drawn_170 + d_drawn_173;
-        let d_drawn_175 = mul_add(self.drawing[89], d_drawn_144, d_drawn_times_drawing_106);
-        let d_drawn_176 = mul_add(self.drawing[106], d_drawn_175, d_drawn_144 * self.drawing[120]);
+        let d_drawn_175 = mul_add(self.drawing[108], d_drawn_144, d_drawn_times_drawing_125);
+        let d_drawn_176 = mul_add(self.drawing[125], d_drawn_175, d_drawn_144 * self.drawing[139]);
         let d_drawn_177 = d_drawn_174 - d_drawn_176;
         let d_drawn_178 = c(D_DRAWN_FACTOR) * d_drawn_177;
         let d_drawn_179 = c(D_DRAWN_FACTOR_5) * d_drawn_112;
         let d_drawn_180 = d_drawn_179 / c(12.0);
         let d_drawn_181 = d_drawn_178 + d_drawn_180;
-        let d_drawn_times_drawing_121 = d_drawn_146 * self.drawing[121];
-        let d_drawn_182 = -d_drawn_times_drawing_121 - d_drawn_times_drawing_121;
-        let d_drawn_183 = mul_add(self.drawing[90], d_drawn_182, d_drawn_113 * self.drawing[122]);
+        let d_drawn_times_drawing_140 = d_drawn_146 * self.drawing[140];
+        let d_drawn_182 = -d_drawn_times_drawing_140 - d_drawn_times_drawing_140;
+        let d_drawn_183 = mul_add(self.drawing[109], d_drawn_182, d_drawn_113 * self.drawing[141]);
         let d_drawn_184 = c(D_DRAWN_FACTOR_2) * d_drawn_177;
         let d_drawn_185 = c(D_DRAWN_FACTOR_6) * d_drawn_112;
         let d_drawn_186 = d_drawn_185 / c(12.0);
-        let d_drawn_times_drawing_123 = d_drawn_146 * self.drawing[123];
-        let d_drawn_187 = -d_drawn_times_drawing_123 - d_drawn_times_drawing_123;
-        let d_drawn_188 = mul_add(self.drawing[91], d_drawn_187, d_drawn_114 * self.drawing[124]);
-        let d_drawn_times_drawing_125 = d_drawn_146 * self.drawing[125];
-        let d_drawn_189 = -d_drawn_times_drawing_125 - d_drawn_times_drawing_125;
-        let d_drawn_190 = mul_add(self.drawing[90], d_drawn_189, d_drawn_113 * self.drawing[126]);
-        let d_drawn_191 = c(2.0) * (dp[3] * self.drawing[86]);
+        let d_drawn_times_drawing_142 = d_drawn_146 * self.drawing[142];
+        let d_drawn_187 = -d_drawn_times_drawing_142 - d_drawn_times_drawing_142;
+        let d_drawn_188 = mul_add(self.drawing[110], d_drawn_187, d_drawn_114 * self.drawing[143]);
+        let d_drawn_times_drawing_144 = d_drawn_146 * self.drawing[144];
+        let d_drawn_189 = -d_drawn_times_drawing_144 - d_drawn_times_drawing_144;
+        let d_drawn_190 = mul_add(self.drawing[109], d_drawn_189, d_drawn_113 * self.drawing[145]);
+        let d_drawn_191 = c(2.0) * (dp[3] * self.drawing[105]);
         let d_drawn_192 = mul_add(c(-MINUS_D_DRAWN_FACTOR_2), dp[3], d_drawn_191);
-        let d_drawn_193 = mul_add(self.drawing[112], d_drawn_192, d_drawn_154 * self.drawing[127]);
+        let d_drawn_193 = mul_add(self.drawing[131], d_drawn_192, d_drawn_154 * self.drawing[146]);
         let d_drawn_194 = mul_add(c(D_DRAWN_FACTOR_7), d_drawn_147, d_drawn_193);
-        let d_drawn_195 = mul_add(d_drawn_23, self.drawing[86], dp[3] * self.drawing[87]);
+        let d_drawn_195 = mul_add(d_drawn_23, self.drawing[105], dp[3] * self.drawing[106]);
         let d_drawn_196 = d_drawn_191 + d_drawn_195;
-        let d_drawn_197 = c(2.0) * (d_drawn_23 * self.drawing[87]);
+        let d_drawn_197 = c(2.0) * (d_drawn_23 * self.drawing[106]);
         let d_drawn_198 = d_drawn_196 + d_drawn_197;
-        let d_drawn_199 = mul_add(self.drawing[114], d_drawn_198, d_drawn_158 * self.drawing[128]);
+        let d_drawn_199 = mul_add(self.drawing[133], d_drawn_198, d_drawn_158 * self.drawing[147]);
         let d_drawn_200 = d_drawn_194 + d_drawn_199;
         let d_drawn_201 = d_drawn_195 + d_drawn_197;
         let d_drawn_202 = d_drawn_191 + d_drawn_201;
-        let d_drawn_203 = mul_add(self.drawing[116], d_drawn_202, d_drawn_165 * self.drawing[129]);
+        let d_drawn_203 = mul_add(self.drawing[135], d_drawn_202, d_drawn_165 * self.drawing[148]);
         let d_drawn_204 = d_drawn_200 + d_drawn_203;
-        let d_drawn_205 = mul_add(self.drawing[118], d_drawn_192, d_drawn_171 * self.drawing[130]);
+        let d_drawn_205 = mul_add(self.drawing[137], d_drawn_192, d_drawn_171 * self.drawing[149]);
         let d_drawn_206 = d_drawn_204 + d_drawn_205;
-        let d_drawn_207 = mul_add(self.drawing[89], d_drawn_130, d_drawn_times_drawing_100);
-        let d_drawn_208 = mul_add(self.drawing[100], d_drawn_207, d_drawn_130 * self.drawing[131]);
+        let d_drawn_207 = mul_add(self.drawing[108], d_drawn_130, d_drawn_times_drawing_119);
+        let d_drawn_208 = mul_add(self.drawing[119], d_drawn_207, d_drawn_130 * self.drawing[150]);
         let d_drawn_209 = d_drawn_206 - d_drawn_208;
         let d_drawn_210 = c(D_DRAWN_FACTOR) * d_drawn_209;
         let d_drawn_211 = d_drawn_180 + d_drawn_210;
@@ -1487,36 +1488,36 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let d_drawn_217 = c(0.5) * d_drawn_216;
         let d_drawn_218 = d_drawn_217 - d_drawn_213;
         let d_drawn_219 = c(0.5) * d_drawn_218;
-        let d_drawn_220 = c(2.0) * (self.drawing[107] * d_drawn_145);
-        let d_drawn_221 = mul_add(self.drawing[23], d_drawn_220,
-            d_mass_coupler * self.drawing[132]);
+        let d_drawn_220 = c(2.0) * (self.drawing[126] * d_drawn_145);
+        let d_drawn_221 = mul_add(self.drawing[42], d_drawn_220,
+            d_mass_coupler * self.drawing[151]);
         let d_second_moment_coupler_yy = d_drawn_219 + d_drawn_221;
         let d_drawn_222 = d_drawn_217 - d_drawn_215;
-        let d_drawn_223 = c(2.0) * (d_drawn_146 * self.drawing[109]);
-        let d_drawn_224 = mul_add(self.drawing[23], d_drawn_223,
-            d_mass_coupler * self.drawing[133]);
+        let d_drawn_223 = c(2.0) * (d_drawn_146 * self.drawing[128]);
+        let d_drawn_224 = mul_add(self.drawing[42], d_drawn_223,
+            d_mass_coupler * self.drawing[152]);
         let d_second_moment_coupler_zz = mul_add(c(0.5), d_drawn_222, d_drawn_224);
         let d_drawn_225 = d_drawn_144 - d_drawn;
-        let d_first_moment_coupler_ghost0_y = mul_add(self.drawing[23], d_drawn_225,
-            d_mass_coupler * self.drawing[134]);
-        let d_drawn_226 = c(2.0) * (self.drawing[134] * d_drawn_225);
-        let d_drawn_227 = mul_add(self.drawing[23], d_drawn_226,
-            d_mass_coupler * self.drawing[135]);
+        let d_first_moment_coupler_ghost0_y = mul_add(self.drawing[42], d_drawn_225,
+            d_mass_coupler * self.drawing[153]);
+        let d_drawn_226 = c(2.0) * (self.drawing[153] * d_drawn_225);
+        let d_drawn_227 = mul_add(self.drawing[42], d_drawn_226,
+            d_mass_coupler * self.drawing[154]);
         let d_second_moment_coupler_ghost0_yy = d_drawn_219 + d_drawn_227;
-        let minus_d_drawn_5 = mul_add(d_mass_coupler, self.params.crank, dp[0] * self.drawing[23]);
+        let minus_d_drawn_5 = mul_add(d_mass_coupler, self.params.crank, dp[0] * self.drawing[42]);
         let d_minimal_first_moment_crank_y = -minus_d_first_moment_crank_y - minus_d_drawn_5;
         let d_drawn_228 = c(2.0) * (dp[0] * self.params.crank);
-        let d_drawn_229 = mul_add(self.drawing[23], d_drawn_228,
-            d_mass_coupler * self.drawing[136]);
+        let d_drawn_229 = mul_add(self.drawing[42], d_drawn_228,
+            d_mass_coupler * self.drawing[155]);
         let d_minimal_second_moment_crank_yy = d_second_moment_crank_yy + d_drawn_229;
         let d_drawn_230 = d_drawn - d_drawn_4;
-        let d_drawn_231 = mul_add(self.drawing[23], d_drawn_230, d_mass_coupler * self.drawing[5]);
+        let d_drawn_231 = mul_add(self.drawing[42], d_drawn_230, d_mass_coupler * self.drawing[5]);
         let d_minimal_first_moment_rocker_y = mul_add(c(MASS_ROCKER), d_drawn_93, d_drawn_231);
         let d_drawn_232 = c(2.0) * (self.drawing[5] * d_drawn_230);
-        let d_drawn_233 = mul_add(self.drawing[23], d_drawn_232,
-            d_mass_coupler * self.drawing[137]);
+        let d_drawn_233 = mul_add(self.drawing[42], d_drawn_232,
+            d_mass_coupler * self.drawing[156]);
         let d_minimal_second_moment_rocker_yy = mul_add(c(STIFFNESS_DRIVE),
-            self.drawing[83] * d_drawn_93, d_drawn_233);
+            self.drawing[102] * d_drawn_93, d_drawn_233);
         let d_drawn_234 = d_drawn - dp[0];
         // crank: hinge angle: s = sin q, c = cos q
         let d_sin_drive = dq[0] * cos_drive;
@@ -1617,20 +1618,20 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             cos_back * d_apparent_gravity_in_parent_coupler_ghost0_z) - mul_add(sin_back,
             d_apparent_gravity_in_parent_coupler_ghost0_y,
             d_sin_back * apparent_gravity_in_parent_coupler_ghost0_y);
-        let minus_net_force_coupler_ghost0_y = mul_add(-self.drawing[3], omega_coupler_ghost0_xx,
-            -self.drawing[2] * alpha_coupler_ghost0_x);
+        let minus_net_force_coupler_ghost0_y = mul_add(-self.drawing[28], omega_coupler_ghost0_xx,
+            -self.drawing[27] * alpha_coupler_ghost0_x);
         let minus_d_net_force_coupler_ghost0_y = -d_first_moment_coupler_z * alpha_coupler_ghost0_x
-            - mul_add(self.drawing[3], d_omega_coupler_ghost0_xx,
+            - mul_add(self.drawing[28], d_omega_coupler_ghost0_xx,
             d_first_moment_coupler_ghost0_y * omega_coupler_ghost0_xx);
-        let minus_net_force_coupler_ghost0_z = mul_add(-self.drawing[2], omega_coupler_ghost0_xx,
-            self.drawing[3] * alpha_coupler_ghost0_x);
+        let minus_net_force_coupler_ghost0_z = mul_add(-self.drawing[27], omega_coupler_ghost0_xx,
+            self.drawing[28] * alpha_coupler_ghost0_x);
         let minus_d_net_force_coupler_ghost0_z = mul_add(d_first_moment_coupler_ghost0_y,
-            alpha_coupler_ghost0_x, -mul_add(self.drawing[2], d_omega_coupler_ghost0_xx,
+            alpha_coupler_ghost0_x, -mul_add(self.drawing[27], d_omega_coupler_ghost0_xx,
             d_first_moment_coupler_z * omega_coupler_ghost0_xx));
-        let d_net_moment_coupler_ghost0_x = mul_add(self.drawing[3],
+        let d_net_moment_coupler_ghost0_x = mul_add(self.drawing[28],
             d_apparent_gravity_coupler_ghost0_z,
             d_first_moment_coupler_ghost0_y * apparent_gravity_coupler_ghost0_z)
-            - mul_add(self.drawing[2], d_apparent_gravity_coupler_ghost0_y,
+            - mul_add(self.drawing[27], d_apparent_gravity_coupler_ghost0_y,
             d_first_moment_coupler_z * apparent_gravity_coupler_ghost0_y)
             - mul_add(d_second_moment_coupler_ghost0_yy, alpha_coupler_ghost0_x,
             d_second_moment_coupler_zz * alpha_coupler_ghost0_x);
@@ -1644,7 +1645,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             + mul_add(self.drawing[5], d_balance_force_in_parent_coupler_ghost0_z,
             d_drawn_230 * balance_force_in_parent_coupler_ghost0_z);
         let d_imbalance_back = d_net_moment_coupler_ghost0_x - mul_add(q[2], d_stiffness_drive_3,
-            dq[2] * self.drawing[7]);
+            dq[2] * self.drawing[31]);
         // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
         let closure_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
@@ -1656,13 +1657,13 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             d_drawn_230 * closure_force_in_parent_coupler_ghost0_z);
         // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_net_moment_rocker_x = mul_add(-d_minimal_second_moment_rocker_yy, a[3],
-            mul_add(-self.drawing[6], minus_d_apparent_gravity_rocker_z,
+            mul_add(-self.drawing[30], minus_d_apparent_gravity_rocker_z,
             -d_minimal_first_moment_rocker_y * minus_apparent_gravity_rocker_z));
         let d_balance_moment_rocker_x = d_net_moment_rocker_x
             + d_balance_moment_in_parent_coupler_ghost0_x;
         let d_imbalance_pivot = d_balance_moment_rocker_x
             + (d_closure_moment_in_parent_coupler_ghost0_x - mul_add(q[3], d_stiffness_drive_3,
-            dq[3] * self.drawing[7]));
+            dq[3] * self.drawing[31]));
         // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_z = -lambda[1] - lambda[2];
         let d_closure_moment_coupler_x = mul_add(d_drawn_234, lambda[2], d_drawn_234 * lambda[1]);
@@ -1692,19 +1693,19 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             cos_front * d_apparent_gravity_in_parent_coupler_z) - mul_add(sin_front,
             d_apparent_gravity_in_parent_coupler_y,
             d_sin_front * apparent_gravity_in_parent_coupler_y);
-        let minus_net_force_coupler_y = mul_add(-self.drawing[2], alpha_coupler_x,
-            -self.drawing[1] * omega_coupler_xx);
+        let minus_net_force_coupler_y = mul_add(-self.drawing[27], alpha_coupler_x,
+            -self.drawing[26] * omega_coupler_xx);
         let minus_d_net_force_coupler_y = mul_add(-d_first_moment_coupler_z, alpha_coupler_x,
-            mul_add(-self.drawing[1], d_omega_coupler_xx,
+            mul_add(-self.drawing[26], d_omega_coupler_xx,
             minus_d_first_moment_coupler_y * omega_coupler_xx));
-        let minus_net_force_coupler_z = mul_add(-self.drawing[2], omega_coupler_xx,
-            self.drawing[1] * alpha_coupler_x);
+        let minus_net_force_coupler_z = mul_add(-self.drawing[27], omega_coupler_xx,
+            self.drawing[26] * alpha_coupler_x);
         let minus_d_net_force_coupler_z = -minus_d_first_moment_coupler_y * alpha_coupler_x
-            - mul_add(self.drawing[2], d_omega_coupler_xx,
+            - mul_add(self.drawing[27], d_omega_coupler_xx,
             d_first_moment_coupler_z * omega_coupler_xx);
         let d_net_moment_coupler_x = mul_add(-minus_d_first_moment_coupler_y,
-            apparent_gravity_coupler_z, self.drawing[1] * d_apparent_gravity_coupler_z)
-            - mul_add(self.drawing[2], d_apparent_gravity_coupler_y,
+            apparent_gravity_coupler_z, self.drawing[26] * d_apparent_gravity_coupler_z)
+            - mul_add(self.drawing[27], d_apparent_gravity_coupler_y,
             d_first_moment_coupler_z * apparent_gravity_coupler_y)
             - mul_add(d_second_moment_coupler_zz, alpha_coupler_x,
             d_second_moment_coupler_yy * alpha_coupler_x);
@@ -1717,21 +1718,21 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             - mul_add(self.params.crank, d_balance_force_in_parent_coupler_z,
             dp[0] * balance_force_in_parent_coupler_z);
         let d_imbalance_front = d_net_moment_coupler_x + (d_closure_moment_coupler_x - mul_add(q[1],
-            d_stiffness_drive_3, dq[1] * self.drawing[7]));
+            d_stiffness_drive_3, dq[1] * self.drawing[31]));
         // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_crank_x = mul_add(-self.drawing[4], minus_d_apparent_gravity_crank_z,
+        let d_net_moment_crank_x = mul_add(-self.drawing[29], minus_d_apparent_gravity_crank_z,
             -d_minimal_first_moment_crank_y * minus_apparent_gravity_crank_z)
-            - mul_add(-self.drawing[0], minus_d_apparent_gravity_crank_y,
+            - mul_add(-self.drawing[25], minus_d_apparent_gravity_crank_y,
             -d_first_moment_crank_z * minus_apparent_gravity_crank_y)
             - mul_add(d_minimal_second_moment_crank_yy, a[0], d_second_moment_crank_zz * a[0]);
         let d_balance_moment_crank_x = d_net_moment_crank_x + d_balance_moment_in_parent_coupler_x;
         let d_imbalance_drive = d_balance_moment_crank_x + (d_closure_moment_in_parent_coupler_x
-            - mul_add(q[0], d_stiffness_drive_3, dq[0] * self.drawing[7]));
+            - mul_add(q[0], d_stiffness_drive_3, dq[0] * self.drawing[31]));
         forces[0] = d_imbalance_drive;
         forces[1] = d_imbalance_front;
         forces[2] = d_imbalance_back;
         forces[3] = d_imbalance_pivot;
-        closure[0] = mul_add(omega_coupler_xx, d_drawn_234, d_omega_coupler_xx * self.drawing[14])
+        closure[0] = mul_add(omega_coupler_xx, d_drawn_234, d_omega_coupler_xx * self.drawing[12])
             + (d_acceleration_coupler_y + d_acceleration_coupler_ghost0_y);
         closure[1] = closure_1;
         closure[2] = closure_1;
@@ -1760,7 +1761,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[1];
         // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let velocity_product_on_hinge_coupler_y = self.params.crank * omega_crank_xx;
+        let velocity_product_on_hinge_coupler_y = omega_crank_xx * self.params.crank;
         // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_xx = omega_coupler_x * omega_coupler_x;
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
@@ -1782,10 +1783,10 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let apparent_gravity_coupler_z = mul_add(-sin_front, apparent_gravity_in_parent_coupler_y,
             -cos_front * minus_apparent_gravity_crank_z);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let minus_bias_force_coupler_y = self.drawing[139] * omega_coupler_xx;
-        let bias_force_coupler_z = self.drawing[140] * omega_coupler_xx;
-        let bias_moment_coupler_x = mul_add(-self.drawing[140], apparent_gravity_coupler_y,
-            -self.drawing[139] * apparent_gravity_coupler_z);
+        let minus_bias_force_coupler_y = self.drawing[1] * omega_coupler_xx;
+        let bias_force_coupler_z = self.drawing[2] * omega_coupler_xx;
+        let bias_moment_coupler_x = mul_add(-self.drawing[2], apparent_gravity_coupler_y,
+            -self.drawing[1] * apparent_gravity_coupler_z);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z), sin_pivot,
             minus_velocity_product_on_hinge_coupler_ghost0_y);
@@ -1795,34 +1796,31 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             apparent_gravity_in_parent_coupler_ghost0_y,
             -cos_back * minus_apparent_gravity_rocker_z);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_ghost0_y = self.drawing[143] * omega_coupler_ghost0_xx;
-        let bias_force_coupler_ghost0_z = self.drawing[140] * omega_coupler_ghost0_xx;
-        let bias_moment_coupler_ghost0_x = mul_add(-self.drawing[140],
-            apparent_gravity_coupler_ghost0_y,
-            self.drawing[143] * apparent_gravity_coupler_ghost0_z);
+        let bias_force_coupler_ghost0_y = self.drawing[3] * omega_coupler_ghost0_xx;
+        let bias_force_coupler_ghost0_z = self.drawing[2] * omega_coupler_ghost0_xx;
+        let bias_moment_coupler_ghost0_x = mul_add(-self.drawing[2],
+            apparent_gravity_coupler_ghost0_y, self.drawing[3] * apparent_gravity_coupler_ghost0_z);
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
             bias_force_coupler_ghost0_z, sin_back * bias_force_coupler_ghost0_y);
-        let generalized_force_back = mul_add(-q[2], self.drawing[147],
-            bias_moment_coupler_ghost0_x);
+        let generalized_force_back = mul_add(-q[2], self.drawing[7], bias_moment_coupler_ghost0_x);
         // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_z = mul_add(-sin_front, minus_bias_force_coupler_y,
             cos_front * bias_force_coupler_z);
-        let generalized_force_front = mul_add(-q[1], self.drawing[147], bias_moment_coupler_x);
+        let generalized_force_front = mul_add(-q[1], self.drawing[7], bias_moment_coupler_x);
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[140], sin_back,
-            self.drawing[143] * cos_back);
+        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[2], sin_back,
+            self.drawing[3] * cos_back);
         let inertia_back_moment_in_parent_coupler_ghost0_x = mul_add(self.drawing[5],
-            inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[148]);
+            inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[8]);
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[140], sin_front,
-            -self.drawing[139] * cos_front);
-        let inertia_front_moment_in_parent_coupler_x = self.drawing[142]
-            + mul_add(-self.params.crank, inertia_front_force_in_parent_coupler_z,
-            self.drawing[141]);
+        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[2], sin_front,
+            -self.drawing[1] * cos_front);
+        let inertia_front_moment_in_parent_coupler_x = mul_add(-self.params.crank,
+            inertia_front_force_in_parent_coupler_z, self.drawing[9]);
         // coupler: partial velocities: dw/du, dv/du
-        let minus_velocity_coupler_y_by_drive = self.params.crank * sin_front;
-        let minus_velocity_coupler_z_by_drive = self.params.crank * cos_front;
+        let minus_velocity_coupler_y_by_drive = sin_front * self.params.crank;
+        let minus_velocity_coupler_z_by_drive = cos_front * self.params.crank;
         // coupler_ghost0: partial velocities: dw/du, dv/du
         let velocity_coupler_ghost0_y_by_pivot = self.drawing[5] * sin_back;
         let velocity_coupler_ghost0_z_by_pivot = self.drawing[5] * cos_back;
@@ -1830,34 +1828,32 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let gamma_loop0_1 = mul_add(sin_back, minus_velocity_product_on_hinge_coupler_ghost0_y,
             sin_front * velocity_product_on_hinge_coupler_y);
         // coupler_ghost0: factor of the mass matrix: M = L^T D L
-        let l_back_pivot = inertia_back_moment_in_parent_coupler_ghost0_x * self.drawing[149];
+        let l_back_pivot = inertia_back_moment_in_parent_coupler_ghost0_x * self.drawing[15];
         // rocker: factor of the mass matrix: M = L^T D L
         let inverse_pivot_pivot = c(1.0) / mul_add(-inertia_back_moment_in_parent_coupler_ghost0_x,
-            l_back_pivot, self.drawing[144] + (self.drawing[142]
-            + mul_add(inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[10],
-            self.drawing[150])));
+            l_back_pivot, mul_add(inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[10],
+            self.drawing[16]));
         // coupler: factor of the mass matrix: M = L^T D L
-        let l_front_drive = inertia_front_moment_in_parent_coupler_x * self.drawing[151];
+        let l_front_drive = inertia_front_moment_in_parent_coupler_x * self.drawing[17];
         // mechanism: reduced force: y = L^-T f
-        let y_pivot = mul_add(-generalized_force_back, l_back_pivot, mul_add(self.drawing[5],
-            subtree_force_in_parent_coupler_ghost0_z, bias_moment_coupler_ghost0_x - mul_add(q[3],
-            self.drawing[147], self.drawing[146] * minus_apparent_gravity_rocker_z)));
-        let y_drive = mul_add(-generalized_force_front, l_front_drive, mul_add(-self.params.crank,
-            subtree_force_in_parent_coupler_z, bias_moment_coupler_x + mul_add(-self.drawing[145],
-            minus_apparent_gravity_crank_z, mul_add(-q[0], self.drawing[147],
-            self.drawing[138] * minus_apparent_gravity_crank_y))));
+        let y_pivot = mul_add(-generalized_force_back, l_back_pivot, bias_moment_coupler_ghost0_x
+            + mul_add(self.drawing[5], subtree_force_in_parent_coupler_ghost0_z, -mul_add(q[3],
+            self.drawing[7], self.drawing[6] * minus_apparent_gravity_rocker_z)));
+        let y_drive = mul_add(-generalized_force_front, l_front_drive, bias_moment_coupler_x
+            + (mul_add(-q[0], self.drawing[7], self.drawing[0] * minus_apparent_gravity_crank_y)
+            - mul_add(self.params.crank, subtree_force_in_parent_coupler_z,
+            self.drawing[4] * minus_apparent_gravity_crank_z)));
         // crank: factor of the mass matrix: M = L^T D L
         let inverse_pivot_drive = c(1.0) / mul_add(-inertia_front_moment_in_parent_coupler_x,
-            l_front_drive, self.drawing[142] + (self.drawing[141]
-            + mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[12],
-            self.drawing[152])));
+            l_front_drive, mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[11],
+            self.drawing[18]));
         // mechanism: reduced closure Jacobian: Y = J L^-1
-        let y0_1_drive = mul_add(-self.drawing[14], l_front_drive, self.drawing[14]
+        let y0_1_drive = mul_add(-self.drawing[12], l_front_drive, self.drawing[12]
             + minus_velocity_coupler_z_by_drive);
-        let y0_2_pivot = mul_add(-self.drawing[15], l_back_pivot, velocity_coupler_ghost0_z_by_pivot
-            + self.drawing[15]);
-        let y0_2_drive = mul_add(-self.drawing[16], l_front_drive, minus_velocity_coupler_z_by_drive
-            + self.drawing[16]);
+        let y0_2_pivot = mul_add(-self.drawing[13], l_back_pivot, velocity_coupler_ghost0_z_by_pivot
+            + self.drawing[13]);
+        let y0_2_drive = mul_add(-self.drawing[14], l_front_drive, minus_velocity_coupler_z_by_drive
+            + self.drawing[14]);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let minus_y_over_d0_0_drive = minus_velocity_coupler_y_by_drive * inverse_pivot_drive;
         let y_over_d0_0_pivot = velocity_coupler_ghost0_y_by_pivot * inverse_pivot_pivot;
@@ -1869,36 +1865,36 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             minus_velocity_coupler_y_by_drive * minus_y_over_d0_0_drive);
         let s_loop0_1_0 = mul_add(-minus_velocity_coupler_y_by_drive, y_over_d0_1_drive,
             velocity_coupler_ghost0_y_by_pivot * y_over_d0_1_pivot);
-        let s_loop0_1_1 = mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_1_pivot,
-            mul_add(y0_1_drive, y_over_d0_1_drive, self.drawing[156]));
+        let s_loop0_1_1 = mul_add(y0_1_drive, y_over_d0_1_drive,
+            mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_1_pivot, self.drawing[22]));
         let s_loop0_2_0 = mul_add(-minus_velocity_coupler_y_by_drive, y_over_d0_2_drive,
             velocity_coupler_ghost0_y_by_pivot * y_over_d0_2_pivot);
-        let s_loop0_2_2 = mul_add(y0_2_pivot, y_over_d0_2_pivot, mul_add(y0_2_drive,
-            y_over_d0_2_drive, self.drawing[158]));
+        let s_loop0_2_2 = mul_add(y0_2_drive, y_over_d0_2_drive, mul_add(y0_2_pivot,
+            y_over_d0_2_pivot, self.drawing[24]));
         let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
         let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
         let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
         let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
-        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0,
-            mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_2_pivot, mul_add(y0_1_drive,
-            y_over_d0_2_drive, self.drawing[157])));
+        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0, mul_add(y0_1_drive,
+            y_over_d0_2_drive, mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_2_pivot,
+            self.drawing[23])));
         let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
         let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
         let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
             l_loop0_2_0, s_loop0_2_2));
         let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let minus_forward_lambda0_0 = mul_add(y_over_d0_0_pivot, y_pivot,
-            mul_add(-minus_y_over_d0_0_drive, y_drive, mul_add(-cos_back,
+        let minus_forward_lambda0_0 = mul_add(-minus_y_over_d0_0_drive, y_drive,
+            mul_add(y_over_d0_0_pivot, y_pivot, mul_add(-cos_back,
             minus_velocity_product_on_hinge_coupler_ghost0_y, mul_add(omega_coupler_xx,
-            self.drawing[14], cos_front * velocity_product_on_hinge_coupler_y))));
+            self.drawing[12], cos_front * velocity_product_on_hinge_coupler_y))));
         let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
-            -mul_add(y_over_d0_1_pivot, y_pivot, mul_add(y_over_d0_1_drive, y_drive,
-            mul_add(generalized_force_front, self.drawing[153], gamma_loop0_1))));
+            -mul_add(y_over_d0_1_drive, y_drive, mul_add(y_over_d0_1_pivot, y_pivot,
+            mul_add(generalized_force_front, self.drawing[19], gamma_loop0_1))));
         let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
-            minus_forward_lambda0_0, -mul_add(y_over_d0_2_pivot, y_pivot, mul_add(y_over_d0_2_drive,
-            y_drive, mul_add(generalized_force_back, self.drawing[155],
-            mul_add(generalized_force_front, self.drawing[154], gamma_loop0_1))))));
+            minus_forward_lambda0_0, -mul_add(y_over_d0_2_drive, y_drive, mul_add(y_over_d0_2_pivot,
+            y_pivot, mul_add(generalized_force_front, self.drawing[20],
+            mul_add(generalized_force_back, self.drawing[21], gamma_loop0_1))))));
         let lambda0_2 = inverse_pivot_loop0_2 * forward_lambda0_2;
         let lambda0_1 = mul_add(-l_loop0_2_1, lambda0_2, inverse_pivot_loop0_1 * forward_lambda0_1);
         let lambda0_0 = mul_add(-l_loop0_1_0, lambda0_1, mul_add(-l_loop0_2_0, lambda0_2,
@@ -1918,16 +1914,16 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let acceleration_pivot = mul_add(y_over_d0_0_pivot, lambda0_0, mul_add(y_over_d0_1_pivot,
             lambda0_1, mul_add(y_over_d0_2_pivot, lambda0_2, inverse_pivot_pivot * y_pivot)));
         let acceleration_front = mul_add(-l_front_drive, acceleration_drive,
-            mul_add(self.drawing[153], lambda0_1, mul_add(self.drawing[154], lambda0_2,
-            generalized_force_front * self.drawing[151])));
-        let acceleration_back = mul_add(-l_back_pivot, acceleration_pivot,
-            mul_add(self.drawing[155], lambda0_2, generalized_force_back * self.drawing[149]));
+            mul_add(self.drawing[19], lambda0_1, mul_add(self.drawing[20], lambda0_2,
+            generalized_force_front * self.drawing[17])));
+        let acceleration_back = mul_add(-l_back_pivot, acceleration_pivot, mul_add(self.drawing[21],
+            lambda0_2, generalized_force_back * self.drawing[15]));
         acceleration[0] = acceleration_drive;
         acceleration[1] = acceleration_front;
         acceleration[2] = acceleration_back;
         acceleration[3] = acceleration_pivot;
-        margin[0] = S::min(S::min(S::min(inverse_pivot_drive, self.drawing[151]),
-            self.drawing[149]), inverse_pivot_pivot);
+        margin[0] = S::min(S::min(S::min(inverse_pivot_drive, self.drawing[17]), self.drawing[15]),
+            inverse_pivot_pivot);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
     }
@@ -1950,87 +1946,84 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             (sin_back, cos_back),
         ] = S::sin_cos_all([q[0], q[3], q[1], q[2]]);
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[140], sin_front,
-            -self.drawing[139] * cos_front);
-        let inertia_front_moment_in_parent_coupler_x = self.drawing[142]
-            + mul_add(-self.params.crank, inertia_front_force_in_parent_coupler_z,
-            self.drawing[141]);
+        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[2], sin_front,
+            -self.drawing[1] * cos_front);
+        let inertia_front_moment_in_parent_coupler_x = mul_add(-self.params.crank,
+            inertia_front_force_in_parent_coupler_z, self.drawing[9]);
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_pivot, sin_back, cos_pivot * cos_back);
         let sin_pivot_times_cos_back = sin_pivot * cos_back;
         let cos_pivot_times_sin_back = cos_pivot * sin_back;
         let axis_y_coupler_ghost0_z = sin_pivot_times_cos_back + cos_pivot_times_sin_back;
         let axis_z_coupler_ghost0_x = -sin_pivot_times_cos_back - cos_pivot_times_sin_back;
-        let origin_coupler_ghost0_x = mul_add(self.drawing[5], cos_pivot, self.drawing[17]);
+        let origin_coupler_ghost0_x = mul_add(self.drawing[5], cos_pivot, self.drawing[36]);
         let origin_coupler_ghost0_z = self.drawing[5] * sin_pivot;
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[140], sin_back,
-            self.drawing[143] * cos_back);
+        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[2], sin_back,
+            self.drawing[3] * cos_back);
         let inertia_back_moment_in_parent_coupler_ghost0_x = mul_add(self.drawing[5],
-            inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[148]);
+            inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[8]);
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[1];
         // coupler: velocity: v = R^T (v_parent + w_parent x r)
-        let crank_times_u_drive = self.params.crank * u[0];
-        let minus_velocity_coupler_z = cos_front * crank_times_u_drive;
+        let u_drive_times_crank = u[0] * self.params.crank;
+        let minus_velocity_coupler_z = cos_front * u_drive_times_crank;
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let sin_drive_times_sin_front = sin_drive * sin_front;
         let cos_drive_times_cos_front = cos_drive * cos_front;
         let axis_y_coupler_x = sin_drive_times_sin_front - cos_drive_times_cos_front;
         let axis_y_coupler_z = mul_add(cos_drive, sin_front, sin_drive * cos_front);
         let axis_z_coupler_z = cos_drive_times_cos_front - sin_drive_times_sin_front;
-        let origin_coupler_x = self.params.crank * cos_drive;
-        let minus_origin_coupler_z = self.params.crank * sin_drive;
+        let origin_coupler_x = cos_drive * self.params.crank;
+        let minus_origin_coupler_z = sin_drive * self.params.crank;
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[2] + u[3];
         // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
         let drawing_5_times_u_pivot = self.drawing[5] * u[3];
         let velocity_coupler_ghost0_z = cos_back * drawing_5_times_u_pivot;
         // coupler: partial velocities: dw/du, dv/du
-        let minus_velocity_coupler_y_by_drive = self.params.crank * sin_front;
-        let minus_velocity_coupler_z_by_drive = self.params.crank * cos_front;
+        let minus_velocity_coupler_y_by_drive = sin_front * self.params.crank;
+        let minus_velocity_coupler_z_by_drive = cos_front * self.params.crank;
         // coupler_ghost0: partial velocities: dw/du, dv/du
         let velocity_coupler_ghost0_y_by_pivot = self.drawing[5] * sin_back;
         let velocity_coupler_ghost0_z_by_pivot = self.drawing[5] * cos_back;
         // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point0_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[14],
+        let point0_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[12],
             origin_coupler_x);
-        let point0_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[14],
+        let point0_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[12],
             -minus_origin_coupler_z);
         // loop 0: closure residual: P_ghost - P_original
         let residual_0 = origin_coupler_ghost0_x - point0_original_coupler_x;
         let residual_2 = origin_coupler_ghost0_z - point0_original_coupler_z;
         let forward_lambda_q0_0 = mul_add(axis_y_coupler_ghost0_z, residual_2,
             axis_y_coupler_ghost0_x * residual_0);
-        let residual_5 = mul_add(axis_y_coupler_z, self.drawing[16],
-            mul_add(axis_y_coupler_ghost0_z, self.drawing[15], minus_origin_coupler_z
+        let residual_5 = mul_add(axis_y_coupler_z, self.drawing[14],
+            mul_add(axis_y_coupler_ghost0_z, self.drawing[13], minus_origin_coupler_z
             + origin_coupler_ghost0_z));
         let residual_3 = origin_coupler_ghost0_x - origin_coupler_x + mul_add(axis_y_coupler_x,
-            self.drawing[16], axis_y_coupler_ghost0_x * self.drawing[15]);
+            self.drawing[14], axis_y_coupler_ghost0_x * self.drawing[13]);
         // mechanism: results: what the function returns
-        let forward_lambda_u0_0 = mul_add(-sin_front, crank_times_u_drive,
+        let forward_lambda_u0_0 = mul_add(-sin_front, u_drive_times_crank,
             sin_back * drawing_5_times_u_pivot);
         // coupler_ghost0: factor of the mass matrix: M = L^T D L
-        let l_back_pivot = inertia_back_moment_in_parent_coupler_ghost0_x * self.drawing[149];
+        let l_back_pivot = inertia_back_moment_in_parent_coupler_ghost0_x * self.drawing[15];
         // rocker: factor of the mass matrix: M = L^T D L
         let inverse_pivot_pivot = c(1.0) / mul_add(-inertia_back_moment_in_parent_coupler_ghost0_x,
-            l_back_pivot, self.drawing[144] + (self.drawing[142]
-            + mul_add(inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[10],
-            self.drawing[150])));
+            l_back_pivot, mul_add(inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[10],
+            self.drawing[16]));
         // coupler: factor of the mass matrix: M = L^T D L
-        let l_front_drive = inertia_front_moment_in_parent_coupler_x * self.drawing[151];
+        let l_front_drive = inertia_front_moment_in_parent_coupler_x * self.drawing[17];
         // crank: factor of the mass matrix: M = L^T D L
         let inverse_pivot_drive = c(1.0) / mul_add(-inertia_front_moment_in_parent_coupler_x,
-            l_front_drive, self.drawing[142] + (self.drawing[141]
-            + mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[12],
-            self.drawing[152])));
+            l_front_drive, mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[11],
+            self.drawing[18]));
         // mechanism: reduced closure Jacobian: Y = J L^-1
-        let y0_1_drive = mul_add(-self.drawing[14], l_front_drive, self.drawing[14]
+        let y0_1_drive = mul_add(-self.drawing[12], l_front_drive, self.drawing[12]
             + minus_velocity_coupler_z_by_drive);
-        let y0_2_pivot = mul_add(-self.drawing[15], l_back_pivot, velocity_coupler_ghost0_z_by_pivot
-            + self.drawing[15]);
-        let y0_2_drive = mul_add(-self.drawing[16], l_front_drive, minus_velocity_coupler_z_by_drive
-            + self.drawing[16]);
+        let y0_2_pivot = mul_add(-self.drawing[13], l_back_pivot, velocity_coupler_ghost0_z_by_pivot
+            + self.drawing[13]);
+        let y0_2_drive = mul_add(-self.drawing[14], l_front_drive, minus_velocity_coupler_z_by_drive
+            + self.drawing[14]);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let minus_y_over_d0_0_drive = minus_velocity_coupler_y_by_drive * inverse_pivot_drive;
         let y_over_d0_0_pivot = velocity_coupler_ghost0_y_by_pivot * inverse_pivot_pivot;
@@ -2042,19 +2035,19 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             minus_velocity_coupler_y_by_drive * minus_y_over_d0_0_drive);
         let s_loop0_1_0 = mul_add(-minus_velocity_coupler_y_by_drive, y_over_d0_1_drive,
             velocity_coupler_ghost0_y_by_pivot * y_over_d0_1_pivot);
-        let s_loop0_1_1 = mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_1_pivot,
-            mul_add(y0_1_drive, y_over_d0_1_drive, self.drawing[156]));
+        let s_loop0_1_1 = mul_add(y0_1_drive, y_over_d0_1_drive,
+            mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_1_pivot, self.drawing[22]));
         let s_loop0_2_0 = mul_add(-minus_velocity_coupler_y_by_drive, y_over_d0_2_drive,
             velocity_coupler_ghost0_y_by_pivot * y_over_d0_2_pivot);
-        let s_loop0_2_2 = mul_add(y0_2_pivot, y_over_d0_2_pivot, mul_add(y0_2_drive,
-            y_over_d0_2_drive, self.drawing[158]));
+        let s_loop0_2_2 = mul_add(y0_2_drive, y_over_d0_2_drive, mul_add(y0_2_pivot,
+            y_over_d0_2_pivot, self.drawing[24]));
         let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
         let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
         let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
         let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
-        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0,
-            mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_2_pivot, mul_add(y0_1_drive,
-            y_over_d0_2_drive, self.drawing[157])));
+        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0, mul_add(y0_1_drive,
+            y_over_d0_2_drive, mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_2_pivot,
+            self.drawing[23])));
         let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
         let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
         let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
@@ -2076,16 +2069,16 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let correction_q_pivot = mul_add(y_over_d0_0_pivot, lambda_q0_0, mul_add(y_over_d0_2_pivot,
             lambda_q0_2, y_over_d0_1_pivot * lambda_q0_1));
         let correction_q_front = mul_add(-l_front_drive, correction_q_drive,
-            mul_add(self.drawing[154], lambda_q0_2, self.drawing[153] * lambda_q0_1));
+            mul_add(self.drawing[20], lambda_q0_2, self.drawing[19] * lambda_q0_1));
         let correction_q_back = mul_add(-l_back_pivot, correction_q_pivot,
-            self.drawing[155] * lambda_q0_2);
+            self.drawing[21] * lambda_q0_2);
         let forward_lambda_u0_1 = mul_add(-forward_lambda_u0_0, l_loop0_1_0,
-            minus_velocity_coupler_z + mul_add(omega_coupler_x, self.drawing[14],
+            minus_velocity_coupler_z + mul_add(omega_coupler_x, self.drawing[12],
             velocity_coupler_ghost0_z));
         let forward_lambda_u0_2 = mul_add(-l_loop0_2_1, forward_lambda_u0_1,
             mul_add(-forward_lambda_u0_0, l_loop0_2_0, minus_velocity_coupler_z
-            + (velocity_coupler_ghost0_z + mul_add(omega_coupler_x, self.drawing[16],
-            omega_coupler_ghost0_x * self.drawing[15]))));
+            + (velocity_coupler_ghost0_z + mul_add(omega_coupler_x, self.drawing[14],
+            omega_coupler_ghost0_x * self.drawing[13]))));
         let lambda_u0_2 = inverse_pivot_loop0_2 * forward_lambda_u0_2;
         let lambda_u0_1 = mul_add(-l_loop0_2_1, lambda_u0_2,
             inverse_pivot_loop0_1 * forward_lambda_u0_1);
@@ -2096,9 +2089,9 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let correction_u_pivot = mul_add(y_over_d0_0_pivot, lambda_u0_0, mul_add(y_over_d0_2_pivot,
             lambda_u0_2, y_over_d0_1_pivot * lambda_u0_1));
         let correction_u_front = mul_add(-l_front_drive, correction_u_drive,
-            mul_add(self.drawing[154], lambda_u0_2, self.drawing[153] * lambda_u0_1));
+            mul_add(self.drawing[20], lambda_u0_2, self.drawing[19] * lambda_u0_1));
         let correction_u_back = mul_add(-l_back_pivot, correction_u_pivot,
-            self.drawing[155] * lambda_u0_2);
+            self.drawing[21] * lambda_u0_2);
         // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
         let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
         let bound_of_trace_of_inverse_s = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
@@ -2128,13 +2121,13 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         speeds[1] = correction_u_front;
         speeds[2] = correction_u_back;
         speeds[3] = correction_u_pivot;
-        margin[0] = S::min(S::min(S::min(inverse_pivot_drive, self.drawing[151]),
-            self.drawing[149]), inverse_pivot_pivot);
+        margin[0] = S::min(S::min(S::min(inverse_pivot_drive, self.drawing[17]), self.drawing[15]),
+            inverse_pivot_pivot);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
     }
     /// The numbers that follow from the parameters alone, which the other functions read.
-    fn drawing_into(&self, numbers: &mut [S; 159]) {
+    fn drawing_into(&self, numbers: &mut [S; 157]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
         // mechanism: number of the drawing: what follows from the parameters alone
@@ -2164,609 +2157,460 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let drawn_21 = mul_add(c(-MINUS_D_DRAWN_FACTOR_2), drawn_18, drawn_19 * drawn_20);
         let drawn_22 = c(2.0) * drawn_4;
         let drawn_23 = drawn_9 / c(6.0);
-        let drawn_24 = drawn_22 * drawn_23;
-        let drawn_25 = drawn_21 + drawn_24;
-        let drawn_26 = drawn_12 / c(6.0);
-        let drawn_27 = drawn_19 * drawn_26;
-        let drawn_28 = drawn_25 + drawn_27;
-        let drawn_29 = drawn_28 / drawn_14;
-        let drawn_30 = drawn - c(MINUS_D_DRAWN_FACTOR);
-        let drawn_31 = drawn * c(2.0);
-        let drawn_32 = mul_add(drawn_20, drawn_31, drawn_18 * drawn_30);
-        let drawn_33 = drawn_23 * drawn_30;
-        let drawn_34 = drawn_32 + drawn_33;
-        let minus_drawn_3 = c(MINUS_D_DRAWN_FACTOR_2) * drawn_26;
-        let drawn_35 = drawn_34 - minus_drawn_3;
-        let drawn_36 = drawn_35 / drawn_14;
-        let drawn_37 = c(MINUS_D_DRAWN_FACTOR) + drawn_36;
-        let minus_first_moment_crank_y = mass_crank * drawn_37;
+        let drawn_24 = mul_add(drawn_22, drawn_23, drawn_21);
+        let drawn_25 = drawn_12 / c(6.0);
+        let drawn_26 = mul_add(drawn_19, drawn_25, drawn_24);
+        let drawn_27 = drawn_26 / drawn_14;
+        let drawn_28 = drawn - c(MINUS_D_DRAWN_FACTOR);
+        let drawn_29 = drawn * c(2.0);
+        let drawn_30 = mul_add(drawn_20, drawn_29, drawn_18 * drawn_28);
+        let drawn_31 = mul_add(drawn_23, drawn_28, drawn_30);
+        let drawn_32 = mul_add(c(-MINUS_D_DRAWN_FACTOR_2), drawn_25, drawn_31);
+        let drawn_33 = drawn_32 / drawn_14;
+        let drawn_34 = c(MINUS_D_DRAWN_FACTOR) + drawn_33;
+        let minus_first_moment_crank_y = mass_crank * drawn_34;
         let first_moment_crank_y = -minus_first_moment_crank_y;
-        let drawn_38 = mul_add(c(DRAWN_FACTOR_2), drawn_14, drawn_14 * c(DRAWN_FACTOR));
-        let drawn_39 = drawn_38 / mass_crank;
-        let drawn_40 = drawn_39 + c(DRAWN_TERM);
-        let first_moment_crank_z = mass_crank * drawn_40;
-        let drawn_41 = drawn_2 / c(12.0);
-        let drawn_42 = c(TWICE_STIFFNESS_DRIVE) - minus_drawn;
-        let drawn_43 = drawn * drawn;
-        let drawn_44 = drawn_42 + drawn_43;
-        let drawn_45 = drawn_41 * drawn_44;
-        let drawn_46 = drawn_6 / c(12.0);
-        let drawn_47 = mul_add(c(2.0), drawn_43, drawn_43);
-        let drawn_48 = mul_add(drawn_46, drawn_47, drawn_45);
-        let drawn_49 = drawn_9 / c(12.0);
-        let drawn_50 = drawn_43 - minus_drawn;
-        let drawn_51 = c(TWICE_STIFFNESS_DRIVE) + drawn_50;
-        let drawn_52 = mul_add(drawn_49, drawn_51, drawn_48);
-        let drawn_53 = drawn_12 / c(12.0);
-        let drawn_54 = drawn_53 * c(D_DRAWN_FACTOR_4);
-        let drawn_55 = drawn_52 + drawn_54;
-        let drawn_56 = drawn_14 * drawn_36;
-        let drawn_57 = mul_add(-drawn_36, drawn_56, drawn_55);
-        let drawn_58 = c(D_DRAWN_FACTOR) * drawn_57;
-        let drawn_59 = drawn_14 * c(D_DRAWN_FACTOR_5);
-        let drawn_60 = drawn_59 / c(12.0);
-        let drawn_61 = drawn_58 + drawn_60;
-        let drawn_62 = c(DRAWN_TERM) - drawn_40;
-        let drawn_63 = drawn_62 * drawn_62;
-        let drawn_64 = drawn_15 * drawn_63;
-        let drawn_65 = drawn_61 + drawn_64;
-        let drawn_66 = c(D_DRAWN_FACTOR_2) * drawn_57;
-        let drawn_67 = drawn_14 * c(D_DRAWN_FACTOR_6);
-        let drawn_68 = drawn_67 / c(12.0);
-        let drawn_69 = drawn_66 + drawn_68;
-        let drawn_70 = c(DRAWN_TERM_2) - drawn_40;
+        let drawn_35 = mul_add(c(DRAWN_FACTOR_2), drawn_14, drawn_14 * c(DRAWN_FACTOR));
+        let drawn_36 = drawn_35 / mass_crank;
+        let drawn_37 = drawn_36 + c(DRAWN_TERM);
+        let first_moment_crank_z = mass_crank * drawn_37;
+        let drawn_38 = drawn_2 / c(12.0);
+        let drawn_39 = c(TWICE_STIFFNESS_DRIVE) - minus_drawn;
+        let drawn_40 = drawn * drawn;
+        let drawn_41 = drawn_39 + drawn_40;
+        let drawn_42 = drawn_6 / c(12.0);
+        let drawn_43 = mul_add(c(2.0), drawn_40, drawn_40);
+        let drawn_44 = mul_add(drawn_42, drawn_43, drawn_38 * drawn_41);
+        let drawn_45 = drawn_9 / c(12.0);
+        let drawn_46 = drawn_40 - minus_drawn;
+        let drawn_47 = c(TWICE_STIFFNESS_DRIVE) + drawn_46;
+        let drawn_48 = mul_add(drawn_45, drawn_47, drawn_44);
+        let drawn_49 = drawn_12 / c(12.0);
+        let drawn_50 = mul_add(c(D_DRAWN_FACTOR_4), drawn_49, drawn_48);
+        let drawn_51 = drawn_14 * drawn_33;
+        let drawn_52 = mul_add(-drawn_33, drawn_51, drawn_50);
+        let drawn_53 = c(D_DRAWN_FACTOR) * drawn_52;
+        let drawn_54 = drawn_14 * c(D_DRAWN_FACTOR_5);
+        let drawn_55 = drawn_54 / c(12.0);
+        let drawn_56 = drawn_53 + drawn_55;
+        let drawn_57 = c(DRAWN_TERM) - drawn_37;
+        let drawn_58 = drawn_57 * drawn_57;
+        let drawn_59 = drawn_15 * drawn_58;
+        let drawn_60 = drawn_56 + drawn_59;
+        let drawn_61 = c(D_DRAWN_FACTOR_2) * drawn_52;
+        let drawn_62 = drawn_14 * c(D_DRAWN_FACTOR_6);
+        let drawn_63 = drawn_62 / c(12.0);
+        let drawn_64 = drawn_61 + drawn_63;
+        let drawn_65 = c(DRAWN_TERM_2) - drawn_37;
+        let drawn_66 = drawn_65 * drawn_65;
+        let drawn_67 = drawn_16 * drawn_66;
+        let drawn_68 = drawn_64 + drawn_67;
+        let drawn_69 = drawn_60 + drawn_68;
+        let drawn_70 = c(DRAWN_TERM_3) - drawn_37;
         let drawn_71 = drawn_70 * drawn_70;
-        let drawn_72 = drawn_16 * drawn_71;
-        let drawn_73 = drawn_69 + drawn_72;
-        let drawn_74 = drawn_65 + drawn_73;
-        let drawn_75 = c(DRAWN_TERM_3) - drawn_40;
-        let drawn_76 = drawn_75 * drawn_75;
-        let drawn_77 = drawn_15 * drawn_76;
-        let drawn_78 = drawn_61 + drawn_77;
-        let drawn_79 = drawn_74 + drawn_78;
-        let drawn_80 = c(TWICE_STIFFNESS_DRIVE) - minus_drawn_2;
-        let drawn_81 = drawn_4 * drawn_4;
-        let drawn_82 = drawn_80 + drawn_81;
-        let drawn_83 = mul_add(drawn_46, drawn_82, drawn_41 * c(D_DRAWN_FACTOR_4));
-        let drawn_84 = mul_add(c(2.0), drawn_81, drawn_81);
-        let drawn_85 = mul_add(drawn_49, drawn_84, drawn_83);
-        let drawn_86 = drawn_81 - minus_drawn_2;
-        let drawn_87 = c(TWICE_STIFFNESS_DRIVE) + drawn_86;
-        let drawn_88 = mul_add(drawn_53, drawn_87, drawn_85);
-        let drawn_89 = drawn_14 * drawn_29;
-        let drawn_90 = mul_add(-drawn_29, drawn_89, drawn_88);
-        let drawn_91 = c(D_DRAWN_FACTOR) * drawn_90;
-        let drawn_92 = drawn_60 + drawn_91;
-        let drawn_93 = drawn_64 + drawn_92;
-        let drawn_94 = c(D_DRAWN_FACTOR_2) * drawn_90;
-        let drawn_95 = drawn_68 + drawn_94;
-        let drawn_96 = drawn_72 + drawn_95;
-        let drawn_97 = drawn_93 + drawn_96;
-        let drawn_98 = drawn_77 + drawn_92;
-        let drawn_99 = drawn_97 + drawn_98;
-        let drawn_100 = drawn_79 + drawn_99;
-        let drawn_101 = drawn_58 + drawn_91;
-        let drawn_102 = drawn_66 + drawn_94;
-        let drawn_103 = drawn_101 + drawn_102;
-        let drawn_104 = drawn_101 + drawn_103;
-        let drawn_105 = drawn_100 + drawn_104;
-        let drawn_106 = drawn_105 * c(0.5);
-        let drawn_107 = drawn_106 - drawn_99;
-        let drawn_108 = drawn_37 * drawn_37;
-        let second_moment_crank_yy = mul_add(mass_crank, drawn_108, drawn_107);
-        let drawn_109 = drawn_106 - drawn_104;
-        let drawn_110 = drawn_40 * drawn_40;
-        let second_moment_crank_zz = mul_add(mass_crank, drawn_110, drawn_109);
-        let drawn_111 = self.params.crank + self.params.coupler;
-        let drawn_112 = self.params.rocker / c(2.0);
-        let drawn_113 = drawn_111 - drawn_112;
-        let drawn_114 = drawn_111 - self.params.rocker;
-        let drawn_115 = drawn_113 - drawn_114;
-        let first_moment_rocker_y = drawn_115 * c(MASS_ROCKER);
-        let drawn_116 = drawn_115 * drawn_115;
-        let second_moment_rocker_yy = mul_add(c(MASS_ROCKER), drawn_116, c(DRAWN));
-        let drawn_117 = self.params.crank - c(DRAWN_TERM_4);
-        let minus_drawn_4 = c(MINUS_D_DRAWN_FACTOR_2) * drawn_117;
-        let drawn_118 = drawn_111 - c(DRAWN_TERM_4);
-        let minus_drawn_5 = c(MINUS_D_DRAWN_FACTOR_2) * drawn_118;
-        let drawn_119 = minus_drawn_5 - minus_drawn_4;
-        let drawn_120 = drawn_119 / c(2.0);
-        let drawn_121 = self.params.width - c(MINUS_D_DRAWN_FACTOR_2);
-        let drawn_122 = mul_add(drawn_118, drawn_121, minus_drawn_5);
-        let drawn_123 = drawn_122 / c(2.0);
-        let drawn_124 = drawn_120 + drawn_123;
-        let drawn_125 = c(2.0) * self.params.width;
-        let drawn_126 = drawn_125 - c(MINUS_D_DRAWN_FACTOR_2);
-        let drawn_127 = drawn_118 * drawn_126;
-        let drawn_128 = self.params.coupler / c(2.0);
-        let drawn_129 = self.params.crank + drawn_128;
-        let drawn_130 = drawn_129 - c(DRAWN_TERM_4);
-        let drawn_131 = drawn_121 * drawn_130;
-        let drawn_132 = drawn_127 - drawn_131;
+        let drawn_72 = drawn_15 * drawn_71;
+        let drawn_73 = drawn_56 + drawn_72;
+        let drawn_74 = drawn_69 + drawn_73;
+        let drawn_75 = c(TWICE_STIFFNESS_DRIVE) - minus_drawn_2;
+        let drawn_76 = drawn_4 * drawn_4;
+        let drawn_77 = drawn_75 + drawn_76;
+        let drawn_78 = mul_add(drawn_42, drawn_77, drawn_38 * c(D_DRAWN_FACTOR_4));
+        let drawn_79 = mul_add(c(2.0), drawn_76, drawn_76);
+        let drawn_80 = mul_add(drawn_45, drawn_79, drawn_78);
+        let drawn_81 = drawn_76 - minus_drawn_2;
+        let drawn_82 = c(TWICE_STIFFNESS_DRIVE) + drawn_81;
+        let drawn_83 = mul_add(drawn_49, drawn_82, drawn_80);
+        let drawn_84 = drawn_14 * drawn_27;
+        let drawn_85 = mul_add(-drawn_27, drawn_84, drawn_83);
+        let drawn_86 = c(D_DRAWN_FACTOR) * drawn_85;
+        let drawn_87 = drawn_55 + drawn_86;
+        let drawn_88 = drawn_59 + drawn_87;
+        let drawn_89 = c(D_DRAWN_FACTOR_2) * drawn_85;
+        let drawn_90 = drawn_63 + drawn_89;
+        let drawn_91 = drawn_67 + drawn_90;
+        let drawn_92 = drawn_88 + drawn_91;
+        let drawn_93 = drawn_72 + drawn_87;
+        let drawn_94 = drawn_92 + drawn_93;
+        let drawn_95 = drawn_74 + drawn_94;
+        let drawn_96 = drawn_53 + drawn_86;
+        let drawn_97 = drawn_61 + drawn_89;
+        let drawn_98 = drawn_96 + drawn_97;
+        let drawn_99 = drawn_96 + drawn_98;
+        let drawn_100 = drawn_95 + drawn_99;
+        let drawn_101 = drawn_100 * c(0.5);
+        let drawn_102 = drawn_101 - drawn_94;
+        let drawn_103 = drawn_34 * drawn_34;
+        let second_moment_crank_yy = mul_add(mass_crank, drawn_103, drawn_102);
+        let drawn_104 = drawn_101 - drawn_99;
+        let drawn_105 = drawn_37 * drawn_37;
+        let second_moment_crank_zz = mul_add(mass_crank, drawn_105, drawn_104);
+        let drawn_106 = self.params.crank + self.params.coupler;
+        let drawn_107 = self.params.rocker / c(2.0);
+        let drawn_108 = drawn_106 - drawn_107;
+        let drawn_109 = drawn_106 - self.params.rocker;
+        let drawn_110 = drawn_108 - drawn_109;
+        let first_moment_rocker_y = drawn_110 * c(MASS_ROCKER);
+        let drawn_111 = drawn_110 * drawn_110;
+        let second_moment_rocker_yy = mul_add(c(MASS_ROCKER), drawn_111, c(DRAWN));
+        let drawn_112 = self.params.crank - c(DRAWN_TERM_4);
+        let minus_drawn_3 = c(MINUS_D_DRAWN_FACTOR_2) * drawn_112;
+        let drawn_113 = drawn_106 - c(DRAWN_TERM_4);
+        let minus_drawn_4 = c(MINUS_D_DRAWN_FACTOR_2) * drawn_113;
+        let drawn_114 = minus_drawn_4 - minus_drawn_3;
+        let drawn_115 = drawn_114 / c(2.0);
+        let drawn_116 = self.params.width - c(MINUS_D_DRAWN_FACTOR_2);
+        let drawn_117 = mul_add(drawn_113, drawn_116, minus_drawn_4);
+        let drawn_118 = drawn_117 / c(2.0);
+        let drawn_119 = drawn_115 + drawn_118;
+        let drawn_120 = c(2.0) * self.params.width;
+        let drawn_121 = drawn_120 - c(MINUS_D_DRAWN_FACTOR_2);
+        let drawn_122 = self.params.coupler / c(2.0);
+        let drawn_123 = self.params.crank + drawn_122;
+        let drawn_124 = drawn_123 - c(DRAWN_TERM_4);
+        let drawn_125 = drawn_116 * drawn_124;
+        let drawn_126 = mul_add(drawn_113, drawn_121, -drawn_125);
+        let drawn_127 = drawn_126 / c(2.0);
+        let drawn_128 = drawn_119 + drawn_127;
+        let drawn_129 = mul_add(-drawn_112, drawn_121, drawn_125);
+        let drawn_130 = drawn_129 / c(2.0);
+        let drawn_131 = drawn_128 + drawn_130;
+        let drawn_132 = mul_add(-drawn_112, drawn_116, -minus_drawn_3);
         let drawn_133 = drawn_132 / c(2.0);
-        let drawn_134 = drawn_124 + drawn_133;
-        let drawn_135 = drawn_117 * drawn_126;
-        let drawn_136 = drawn_131 - drawn_135;
-        let drawn_137 = drawn_136 / c(2.0);
-        let drawn_138 = drawn_134 + drawn_137;
-        let drawn_139 = mul_add(-drawn_117, drawn_121, -minus_drawn_4);
-        let drawn_140 = drawn_139 / c(2.0);
-        let drawn_141 = drawn_138 + drawn_140;
-        let drawn_142 = c(D_DRAWN_FACTOR) * drawn_141;
-        let drawn_143 = c(D_DRAWN_FACTOR_2) * drawn_141;
-        let drawn_144 = drawn_142 + drawn_143;
-        let drawn_145 = drawn_142 + drawn_144;
-        let mass_coupler = c(0.5) * drawn_145;
-        let drawn_146 = drawn_119 / c(6.0);
-        let minus_drawn_6 = drawn_146 * c(MINUS_D_DRAWN_FACTOR_3);
-        let drawn_147 = drawn_121 - c(MINUS_D_DRAWN_FACTOR_2);
-        let drawn_148 = drawn_122 / c(6.0);
-        let drawn_149 = drawn_147 * drawn_148;
-        let drawn_150 = drawn_149 - minus_drawn_6;
-        let drawn_151 = drawn_121 + drawn_126;
-        let drawn_152 = drawn_132 / c(6.0);
-        let drawn_153 = mul_add(drawn_151, drawn_152, drawn_150);
-        let drawn_154 = drawn_136 / c(6.0);
-        let drawn_155 = mul_add(drawn_151, drawn_154, drawn_153);
-        let drawn_156 = drawn_139 / c(6.0);
-        let drawn_157 = drawn_147 * drawn_156;
-        let drawn_158 = drawn_155 + drawn_157;
-        let drawn_159 = drawn_158 / drawn_141;
-        let drawn_160 = drawn_117 + drawn_118;
-        let drawn_161 = drawn_146 * drawn_160;
-        let drawn_162 = c(2.0) * drawn_118;
-        let drawn_163 = drawn_148 * drawn_162;
-        let drawn_164 = drawn_161 + drawn_163;
-        let drawn_165 = drawn_118 + drawn_130;
-        let drawn_166 = mul_add(drawn_152, drawn_165, drawn_164);
-        let drawn_167 = drawn_117 + drawn_130;
-        let drawn_168 = mul_add(drawn_154, drawn_167, drawn_166);
-        let drawn_169 = c(2.0) * drawn_117;
-        let drawn_170 = drawn_156 * drawn_169;
-        let drawn_171 = drawn_168 + drawn_170;
-        let drawn_172 = drawn_171 / drawn_141;
-        let drawn_173 = c(DRAWN_TERM_4) + drawn_172;
-        let drawn_174 = drawn_173 - self.params.crank;
-        let minus_first_moment_coupler_y = mass_coupler * drawn_174;
+        let drawn_134 = drawn_131 + drawn_133;
+        let drawn_135 = c(D_DRAWN_FACTOR) * drawn_134;
+        let drawn_136 = c(D_DRAWN_FACTOR_2) * drawn_134;
+        let drawn_137 = drawn_135 + drawn_136;
+        let drawn_138 = drawn_135 + drawn_137;
+        let mass_coupler = c(0.5) * drawn_138;
+        let drawn_139 = drawn_114 / c(6.0);
+        let drawn_140 = drawn_116 - c(MINUS_D_DRAWN_FACTOR_2);
+        let drawn_141 = drawn_117 / c(6.0);
+        let drawn_142 = mul_add(c(-MINUS_D_DRAWN_FACTOR_3), drawn_139, drawn_140 * drawn_141);
+        let drawn_143 = drawn_116 + drawn_121;
+        let drawn_144 = drawn_126 / c(6.0);
+        let drawn_145 = mul_add(drawn_143, drawn_144, drawn_142);
+        let drawn_146 = drawn_129 / c(6.0);
+        let drawn_147 = mul_add(drawn_143, drawn_146, drawn_145);
+        let drawn_148 = drawn_132 / c(6.0);
+        let drawn_149 = mul_add(drawn_140, drawn_148, drawn_147);
+        let drawn_150 = drawn_149 / drawn_134;
+        let drawn_151 = drawn_112 + drawn_113;
+        let drawn_152 = c(2.0) * drawn_113;
+        let drawn_153 = mul_add(drawn_141, drawn_152, drawn_139 * drawn_151);
+        let drawn_154 = drawn_113 + drawn_124;
+        let drawn_155 = mul_add(drawn_144, drawn_154, drawn_153);
+        let drawn_156 = drawn_112 + drawn_124;
+        let drawn_157 = mul_add(drawn_146, drawn_156, drawn_155);
+        let drawn_158 = c(2.0) * drawn_112;
+        let drawn_159 = mul_add(drawn_148, drawn_158, drawn_157);
+        let drawn_160 = drawn_159 / drawn_134;
+        let drawn_161 = c(DRAWN_TERM_4) + drawn_160;
+        let drawn_162 = drawn_161 - self.params.crank;
+        let minus_first_moment_coupler_y = mass_coupler * drawn_162;
         let first_moment_coupler_y = -minus_first_moment_coupler_y;
-        let drawn_175 = mul_add(c(DRAWN_FACTOR_2), drawn_141, c(DRAWN_FACTOR) * drawn_141);
-        let drawn_176 = drawn_175 / drawn_145;
-        let drawn_177 = c(DRAWN_TERM) + drawn_176;
-        let first_moment_coupler_z = mass_coupler * drawn_177;
-        let drawn_178 = drawn_119 / c(12.0);
-        let drawn_179 = drawn_117 * drawn_117;
-        let drawn_180 = mul_add(drawn_117, drawn_118, drawn_179);
-        let drawn_181 = drawn_118 * drawn_118;
-        let drawn_182 = drawn_180 + drawn_181;
-        let drawn_183 = drawn_178 * drawn_182;
-        let drawn_184 = drawn_122 / c(12.0);
-        let drawn_185 = mul_add(c(2.0), drawn_181, drawn_181);
-        let drawn_186 = mul_add(drawn_184, drawn_185, drawn_183);
-        let drawn_187 = drawn_132 / c(12.0);
-        let drawn_188 = mul_add(drawn_118, drawn_130, drawn_181);
-        let drawn_189 = drawn_130 * drawn_130;
-        let drawn_190 = drawn_188 + drawn_189;
-        let drawn_191 = mul_add(drawn_187, drawn_190, drawn_186);
-        let drawn_192 = drawn_136 / c(12.0);
-        let drawn_193 = mul_add(drawn_117, drawn_130, drawn_189);
-        let drawn_194 = drawn_179 + drawn_193;
-        let drawn_195 = mul_add(drawn_192, drawn_194, drawn_191);
-        let drawn_196 = drawn_139 / c(12.0);
-        let drawn_197 = mul_add(c(2.0), drawn_179, drawn_179);
-        let drawn_198 = mul_add(drawn_196, drawn_197, drawn_195);
-        let drawn_199 = drawn_141 * drawn_172;
-        let drawn_200 = mul_add(-drawn_172, drawn_199, drawn_198);
-        let drawn_201 = c(D_DRAWN_FACTOR) * drawn_200;
-        let drawn_202 = c(D_DRAWN_FACTOR_5) * drawn_141;
-        let drawn_203 = drawn_202 / c(12.0);
-        let drawn_204 = drawn_201 + drawn_203;
-        let drawn_205 = c(DRAWN_TERM) - drawn_177;
+        let drawn_163 = mul_add(c(DRAWN_FACTOR_2), drawn_134, c(DRAWN_FACTOR) * drawn_134);
+        let drawn_164 = drawn_163 / drawn_138;
+        let drawn_165 = c(DRAWN_TERM) + drawn_164;
+        let first_moment_coupler_z = mass_coupler * drawn_165;
+        let drawn_166 = drawn_114 / c(12.0);
+        let drawn_167 = drawn_112 * drawn_112;
+        let drawn_168 = mul_add(drawn_112, drawn_113, drawn_167);
+        let drawn_169 = drawn_113 * drawn_113;
+        let drawn_170 = drawn_168 + drawn_169;
+        let drawn_171 = drawn_117 / c(12.0);
+        let drawn_172 = mul_add(c(2.0), drawn_169, drawn_169);
+        let drawn_173 = mul_add(drawn_171, drawn_172, drawn_166 * drawn_170);
+        let drawn_174 = drawn_126 / c(12.0);
+        let drawn_175 = mul_add(drawn_113, drawn_124, drawn_169);
+        let drawn_176 = drawn_124 * drawn_124;
+        let drawn_177 = drawn_175 + drawn_176;
+        let drawn_178 = mul_add(drawn_174, drawn_177, drawn_173);
+        let drawn_179 = drawn_129 / c(12.0);
+        let drawn_180 = mul_add(drawn_112, drawn_124, drawn_176);
+        let drawn_181 = drawn_167 + drawn_180;
+        let drawn_182 = mul_add(drawn_179, drawn_181, drawn_178);
+        let drawn_183 = drawn_132 / c(12.0);
+        let drawn_184 = mul_add(c(2.0), drawn_167, drawn_167);
+        let drawn_185 = mul_add(drawn_183, drawn_184, drawn_182);
+        let drawn_186 = drawn_134 * drawn_160;
+        let drawn_187 = mul_add(-drawn_160, drawn_186, drawn_185);
+        let drawn_188 = c(D_DRAWN_FACTOR) * drawn_187;
+        let drawn_189 = c(D_DRAWN_FACTOR_5) * drawn_134;
+        let drawn_190 = drawn_189 / c(12.0);
+        let drawn_191 = drawn_188 + drawn_190;
+        let drawn_192 = c(DRAWN_TERM) - drawn_165;
+        let drawn_193 = drawn_192 * drawn_192;
+        let drawn_194 = drawn_135 * drawn_193;
+        let drawn_195 = drawn_191 + drawn_194;
+        let drawn_196 = c(D_DRAWN_FACTOR_2) * drawn_187;
+        let drawn_197 = c(D_DRAWN_FACTOR_6) * drawn_134;
+        let drawn_198 = drawn_197 / c(12.0);
+        let drawn_199 = drawn_196 + drawn_198;
+        let drawn_200 = c(DRAWN_TERM_2) - drawn_165;
+        let drawn_201 = drawn_200 * drawn_200;
+        let drawn_202 = drawn_136 * drawn_201;
+        let drawn_203 = drawn_199 + drawn_202;
+        let drawn_204 = drawn_195 + drawn_203;
+        let drawn_205 = c(DRAWN_TERM_3) - drawn_165;
         let drawn_206 = drawn_205 * drawn_205;
-        let drawn_207 = drawn_142 * drawn_206;
-        let drawn_208 = drawn_204 + drawn_207;
-        let drawn_209 = c(D_DRAWN_FACTOR_2) * drawn_200;
-        let drawn_210 = c(D_DRAWN_FACTOR_6) * drawn_141;
-        let drawn_211 = drawn_210 / c(12.0);
-        let drawn_212 = drawn_209 + drawn_211;
-        let drawn_213 = c(DRAWN_TERM_2) - drawn_177;
-        let drawn_214 = drawn_213 * drawn_213;
-        let drawn_215 = drawn_143 * drawn_214;
-        let drawn_216 = drawn_212 + drawn_215;
-        let drawn_217 = drawn_208 + drawn_216;
-        let drawn_218 = c(DRAWN_TERM_3) - drawn_177;
-        let drawn_219 = drawn_218 * drawn_218;
-        let drawn_220 = drawn_142 * drawn_219;
-        let drawn_221 = drawn_204 + drawn_220;
-        let drawn_222 = drawn_217 + drawn_221;
-        let drawn_223 = drawn_178 * c(D_DRAWN_FACTOR_7);
-        let minus_drawn_7 = c(MINUS_D_DRAWN_FACTOR_2) * drawn_121;
-        let drawn_224 = c(DRAWN_TERM_5) - minus_drawn_7;
-        let drawn_225 = drawn_121 * drawn_121;
-        let drawn_226 = drawn_224 + drawn_225;
-        let drawn_227 = drawn_184 * drawn_226;
-        let drawn_228 = drawn_223 + drawn_227;
-        let drawn_229 = drawn_121 * drawn_126;
-        let drawn_230 = drawn_225 + drawn_229;
-        let drawn_231 = drawn_126 * drawn_126;
-        let drawn_232 = drawn_230 + drawn_231;
-        let drawn_233 = mul_add(drawn_187, drawn_232, drawn_228);
-        let drawn_234 = drawn_229 + drawn_231;
-        let drawn_235 = drawn_225 + drawn_234;
-        let drawn_236 = mul_add(drawn_192, drawn_235, drawn_233);
-        let drawn_237 = drawn_225 - minus_drawn_7;
-        let drawn_238 = c(DRAWN_TERM_5) + drawn_237;
-        let drawn_239 = mul_add(drawn_196, drawn_238, drawn_236);
-        let drawn_240 = drawn_141 * drawn_159;
-        let drawn_241 = mul_add(-drawn_159, drawn_240, drawn_239);
-        let drawn_242 = c(D_DRAWN_FACTOR) * drawn_241;
-        let drawn_243 = drawn_203 + drawn_242;
-        let drawn_244 = drawn_207 + drawn_243;
-        let drawn_245 = c(D_DRAWN_FACTOR_2) * drawn_241;
-        let drawn_246 = drawn_211 + drawn_245;
-        let drawn_247 = drawn_215 + drawn_246;
-        let drawn_248 = drawn_244 + drawn_247;
-        let drawn_249 = drawn_220 + drawn_243;
-        let drawn_250 = drawn_248 + drawn_249;
-        let drawn_251 = drawn_222 + drawn_250;
-        let drawn_252 = drawn_201 + drawn_242;
-        let drawn_253 = drawn_209 + drawn_245;
-        let drawn_254 = drawn_252 + drawn_253;
-        let drawn_255 = drawn_252 + drawn_254;
-        let drawn_256 = drawn_251 + drawn_255;
-        let drawn_257 = c(0.5) * drawn_256;
-        let drawn_258 = drawn_257 - drawn_250;
-        let drawn_259 = c(0.5) * drawn_258;
-        let drawn_260 = drawn_174 * drawn_174;
-        let second_moment_coupler_yy = mul_add(mass_coupler, drawn_260, drawn_259);
-        let drawn_261 = drawn_257 - drawn_255;
-        let drawn_262 = drawn_177 * drawn_177;
-        let second_moment_coupler_zz = mul_add(mass_coupler, drawn_262, c(0.5) * drawn_261);
-        let drawn_263 = drawn_173 - drawn_111;
-        let first_moment_coupler_ghost0_y = mass_coupler * drawn_263;
-        let drawn_264 = drawn_263 * drawn_263;
-        let second_moment_coupler_ghost0_yy = mul_add(mass_coupler, drawn_264, drawn_259);
+        let drawn_207 = drawn_135 * drawn_206;
+        let drawn_208 = drawn_191 + drawn_207;
+        let drawn_209 = drawn_204 + drawn_208;
+        let minus_drawn_5 = c(MINUS_D_DRAWN_FACTOR_2) * drawn_116;
+        let drawn_210 = c(DRAWN_TERM_5) - minus_drawn_5;
+        let drawn_211 = drawn_116 * drawn_116;
+        let drawn_212 = drawn_210 + drawn_211;
+        let drawn_213 = mul_add(drawn_171, drawn_212, drawn_166 * c(D_DRAWN_FACTOR_7));
+        let drawn_214 = drawn_116 * drawn_121;
+        let drawn_215 = drawn_211 + drawn_214;
+        let drawn_216 = drawn_121 * drawn_121;
+        let drawn_217 = drawn_215 + drawn_216;
+        let drawn_218 = mul_add(drawn_174, drawn_217, drawn_213);
+        let drawn_219 = drawn_214 + drawn_216;
+        let drawn_220 = drawn_211 + drawn_219;
+        let drawn_221 = mul_add(drawn_179, drawn_220, drawn_218);
+        let drawn_222 = drawn_211 - minus_drawn_5;
+        let drawn_223 = c(DRAWN_TERM_5) + drawn_222;
+        let drawn_224 = mul_add(drawn_183, drawn_223, drawn_221);
+        let drawn_225 = drawn_134 * drawn_150;
+        let drawn_226 = mul_add(-drawn_150, drawn_225, drawn_224);
+        let drawn_227 = c(D_DRAWN_FACTOR) * drawn_226;
+        let drawn_228 = drawn_190 + drawn_227;
+        let drawn_229 = drawn_194 + drawn_228;
+        let drawn_230 = c(D_DRAWN_FACTOR_2) * drawn_226;
+        let drawn_231 = drawn_198 + drawn_230;
+        let drawn_232 = drawn_202 + drawn_231;
+        let drawn_233 = drawn_229 + drawn_232;
+        let drawn_234 = drawn_207 + drawn_228;
+        let drawn_235 = drawn_233 + drawn_234;
+        let drawn_236 = drawn_209 + drawn_235;
+        let drawn_237 = drawn_188 + drawn_227;
+        let drawn_238 = drawn_196 + drawn_230;
+        let drawn_239 = drawn_237 + drawn_238;
+        let drawn_240 = drawn_237 + drawn_239;
+        let drawn_241 = drawn_236 + drawn_240;
+        let drawn_242 = c(0.5) * drawn_241;
+        let drawn_243 = drawn_242 - drawn_235;
+        let drawn_244 = c(0.5) * drawn_243;
+        let drawn_245 = drawn_162 * drawn_162;
+        let second_moment_coupler_yy = mul_add(mass_coupler, drawn_245, drawn_244);
+        let drawn_246 = drawn_242 - drawn_240;
+        let drawn_247 = drawn_165 * drawn_165;
+        let second_moment_coupler_zz = mul_add(mass_coupler, drawn_247, c(0.5) * drawn_246);
+        let drawn_248 = drawn_161 - drawn_106;
+        let first_moment_coupler_ghost0_y = mass_coupler * drawn_248;
+        let drawn_249 = drawn_248 * drawn_248;
+        let second_moment_coupler_ghost0_yy = mul_add(mass_coupler, drawn_249, drawn_244);
         let minimal_first_moment_crank_y = mul_add(-self.params.crank, mass_coupler,
             first_moment_crank_y);
-        let drawn_265 = self.params.crank * self.params.crank;
-        let minimal_second_moment_crank_yy = mul_add(mass_coupler, drawn_265,
+        let drawn_250 = self.params.crank * self.params.crank;
+        let minimal_second_moment_crank_yy = mul_add(mass_coupler, drawn_250,
             second_moment_crank_yy);
-        let drawn_266 = drawn_111 - drawn_114;
-        let minimal_first_moment_rocker_y = mul_add(mass_coupler, drawn_266, first_moment_rocker_y);
-        let drawn_267 = drawn_266 * drawn_266;
-        let minimal_second_moment_rocker_yy = mul_add(mass_coupler, drawn_267,
+        let drawn_251 = drawn_106 - drawn_109;
+        let minimal_first_moment_rocker_y = mul_add(mass_coupler, drawn_251, first_moment_rocker_y);
+        let drawn_252 = drawn_251 * drawn_251;
+        let minimal_second_moment_rocker_yy = mul_add(mass_coupler, drawn_252,
             second_moment_rocker_yy);
         let stiffness_drive = self.params.width * c(D_STIFFNESS_DRIVE_FACTOR);
         let stiffness_drive_2 = stiffness_drive / c(12.0);
         let stiffness_drive_3 = stiffness_drive_2 / c(STIFFNESS_DRIVE);
         let mass_back_back = second_moment_coupler_zz + second_moment_coupler_ghost0_yy;
         let mass_front_front = second_moment_coupler_yy + second_moment_coupler_zz;
-        let drawn_268 = drawn_111 - self.params.crank;
-        let drawn_269 = drawn_111 + c(CLOSURE_POINT_COUPLER_GHOST0_Z);
-        let closure_point_coupler_ghost0_y = drawn_269 - drawn_111;
-        let drawn_270 = drawn_269 - self.params.crank;
-        let drawn_271 = drawn_129 - self.params.crank;
-        let drawn_272 = c(MINUS_D_DRAWN_FACTOR) + drawn_29;
-        let first_moment_crank_x = mass_crank * drawn_272;
-        let minus_drawn_8 = drawn_37 * drawn_272;
-        let minus_second_moment_crank_xy = mass_crank * minus_drawn_8;
+        let drawn_253 = drawn_106 - self.params.crank;
+        let drawn_254 = drawn_106 + c(CLOSURE_POINT_COUPLER_GHOST0_Z);
+        let closure_point_coupler_ghost0_y = drawn_254 - drawn_106;
+        let drawn_255 = drawn_254 - self.params.crank;
+        let drawn_256 = drawn_123 - self.params.crank;
+        let drawn_257 = c(MINUS_D_DRAWN_FACTOR) + drawn_27;
+        let first_moment_crank_x = mass_crank * drawn_257;
+        let minus_drawn_6 = drawn_34 * drawn_257;
+        let minus_second_moment_crank_xy = mass_crank * minus_drawn_6;
         let second_moment_crank_xy = -minus_second_moment_crank_xy;
-        let drawn_273 = drawn_40 * drawn_272;
-        let second_moment_crank_xz = mass_crank * drawn_273;
-        let drawn_274 = self.params.width / c(2.0);
-        let minus_first_moment_rocker_x = c(MASS_ROCKER) * drawn_274;
+        let drawn_258 = drawn_37 * drawn_257;
+        let second_moment_crank_xz = mass_crank * drawn_258;
+        let drawn_259 = self.params.width / c(2.0);
+        let minus_first_moment_rocker_x = c(MASS_ROCKER) * drawn_259;
         let first_moment_rocker_x = -minus_first_moment_rocker_x;
-        let minus_drawn_9 = drawn_115 * drawn_274;
-        let second_moment_rocker_xy = minus_drawn_9 * c(-MASS_ROCKER);
-        let drawn_275 = c(MINUS_D_DRAWN_FACTOR_2) + drawn_159;
-        let first_moment_coupler_x = mass_coupler * drawn_275;
-        let minus_drawn_10 = drawn_174 * drawn_275;
-        let minus_second_moment_coupler_xy = mass_coupler * minus_drawn_10;
+        let minus_drawn_7 = drawn_110 * drawn_259;
+        let second_moment_rocker_xy = minus_drawn_7 * c(-MASS_ROCKER);
+        let drawn_260 = c(MINUS_D_DRAWN_FACTOR_2) + drawn_150;
+        let first_moment_coupler_x = mass_coupler * drawn_260;
+        let minus_drawn_8 = drawn_162 * drawn_260;
+        let minus_second_moment_coupler_xy = mass_coupler * minus_drawn_8;
         let second_moment_coupler_xy = -minus_second_moment_coupler_xy;
-        let drawn_276 = drawn_177 * drawn_275;
-        let second_moment_coupler_xz = mass_coupler * drawn_276;
+        let drawn_261 = drawn_165 * drawn_260;
+        let second_moment_coupler_xz = mass_coupler * drawn_261;
         let first_moment_coupler_ghost0_x = -first_moment_coupler_x;
-        let minus_drawn_11 = drawn_263 * drawn_275;
-        let minus_second_moment_coupler_ghost0_xy = mass_coupler * minus_drawn_11;
+        let minus_drawn_9 = drawn_248 * drawn_260;
+        let minus_second_moment_coupler_ghost0_xy = mass_coupler * minus_drawn_9;
         let second_moment_coupler_ghost0_xy = -minus_second_moment_coupler_ghost0_xy;
         let second_moment_coupler_ghost0_xz = -second_moment_coupler_xz;
-        let drawn_277 = drawn_8 + (drawn_10 + drawn_13);
-        let drawn_278 = c(D_DRAWN_FACTOR) * drawn_277;
-        let drawn_279 = c(D_DRAWN_FACTOR_2) * drawn_277;
-        let mass_crank_2 = c(D_MASS_CRANK_FACTOR) * drawn_277;
-        let drawn_280 = drawn_21 + (drawn_24 + drawn_27);
-        let drawn_281 = drawn_280 / drawn_277;
-        let drawn_282 = drawn_32 + (drawn_33 - minus_drawn_3);
-        let drawn_283 = drawn_282 / drawn_277;
-        let drawn_284 = c(MINUS_D_DRAWN_FACTOR) + drawn_283;
-        let minus_first_moment_crank_y_2 = mass_crank_2 * drawn_284;
-        let drawn_285 = c(D_DRAWN_FACTOR_3) * drawn_277;
-        let drawn_286 = drawn_285 / mass_crank_2;
-        let drawn_287 = c(DRAWN_TERM) + drawn_286;
-        let first_moment_crank_z_2 = mass_crank_2 * drawn_287;
-        let drawn_288 = drawn_43 * c(3.0);
-        let drawn_289 = drawn_277 * drawn_283;
-        let drawn_290 = mul_add(-drawn_283, drawn_289, mul_add(drawn_46, drawn_288, drawn_45)
-            + mul_add(drawn_44, drawn_49, drawn_54));
-        let drawn_291 = c(D_DRAWN_FACTOR) * drawn_290;
-        let drawn_292 = c(D_DRAWN_FACTOR_5) * drawn_277;
-        let drawn_293 = drawn_292 / c(12.0);
-        let drawn_294 = drawn_291 + drawn_293;
-        let drawn_295 = c(DRAWN_TERM) - drawn_287;
-        let drawn_296 = drawn_295 * drawn_295;
-        let drawn_297 = c(D_DRAWN_FACTOR_2) * drawn_290;
-        let drawn_298 = c(D_DRAWN_FACTOR_6) * drawn_277;
-        let drawn_299 = drawn_298 / c(12.0);
-        let drawn_300 = c(DRAWN_TERM_2) - drawn_287;
-        let drawn_301 = drawn_300 * drawn_300;
-        let drawn_302 = c(DRAWN_TERM_3) - drawn_287;
-        let drawn_303 = drawn_302 * drawn_302;
-        let drawn_304 = drawn_81 * c(3.0);
-        let drawn_305 = drawn_277 * drawn_281;
-        let drawn_306 = mul_add(-drawn_281, drawn_305, drawn_83 + mul_add(drawn_53, drawn_82,
-            drawn_49 * drawn_304));
-        let drawn_307 = mul_add(c(D_DRAWN_FACTOR), drawn_306, drawn_291);
-        let drawn_308 = mul_add(c(2.0), drawn_307, mul_add(c(D_DRAWN_FACTOR_2), drawn_306,
-            drawn_297));
-        let drawn_309 = drawn_284 * drawn_284;
-        let drawn_310 = drawn_287 * drawn_287;
-        let drawn_311 = drawn_266 - drawn_112;
-        let drawn_312 = drawn_311 * drawn_311;
-        let drawn_313 = drawn_117 + drawn_128;
-        let drawn_314 = drawn_121 * drawn_313;
-        let drawn_315 = drawn_127 - drawn_314;
-        let drawn_316 = drawn_315 / c(2.0);
-        let drawn_317 = drawn_314 - drawn_135;
-        let drawn_318 = drawn_317 / c(2.0);
-        let drawn_319 = drawn_318 + (drawn_316 + (drawn_123 + (drawn_120 + drawn_140)));
-        let drawn_320 = c(D_DRAWN_FACTOR) * drawn_319;
-        let drawn_321 = c(D_DRAWN_FACTOR_2) * drawn_319;
-        let drawn_322 = c(D_MASS_CRANK_FACTOR) * drawn_319;
-        let mass_coupler_2 = c(D_MASS_COUPLER_FACTOR) * drawn_319;
-        let drawn_323 = drawn_315 / c(6.0);
-        let drawn_324 = drawn_317 / c(6.0);
-        let drawn_325 = mul_add(drawn_151, drawn_324, mul_add(drawn_151, drawn_323, drawn_149
-            + (drawn_157 - minus_drawn_6)));
-        let drawn_326 = drawn_325 / drawn_319;
-        let drawn_327 = drawn_118 + drawn_313;
-        let drawn_328 = drawn_117 + drawn_313;
-        let drawn_329 = mul_add(drawn_324, drawn_328, mul_add(drawn_323, drawn_327, drawn_163
-            + (drawn_161 + drawn_170)));
-        let drawn_330 = drawn_329 / drawn_319;
-        let drawn_331 = c(DRAWN_TERM_4) + drawn_330;
-        let drawn_332 = drawn_331 - self.params.crank;
-        let minus_first_moment_coupler_y_2 = mass_coupler_2 * drawn_332;
-        let drawn_333 = c(D_DRAWN_FACTOR_3) * drawn_319;
-        let drawn_334 = drawn_333 / drawn_322;
-        let drawn_335 = c(DRAWN_TERM) + drawn_334;
-        let first_moment_coupler_z_2 = mass_coupler_2 * drawn_335;
-        let drawn_336 = drawn_181 * c(3.0);
-        let drawn_337 = drawn_315 / c(12.0);
-        let drawn_338 = drawn_313 * drawn_313;
-        let drawn_339 = drawn_338 + mul_add(drawn_118, drawn_313, drawn_181);
-        let drawn_340 = drawn_317 / c(12.0);
-        let drawn_341 = mul_add(drawn_117, drawn_313, drawn_179 + drawn_338);
-        let drawn_342 = drawn_179 * c(3.0);
-        let drawn_343 = drawn_319 * drawn_330;
-        let drawn_344 = mul_add(-drawn_330, drawn_343, mul_add(drawn_340, drawn_341,
-            mul_add(drawn_337, drawn_339, mul_add(drawn_184, drawn_336, mul_add(drawn_196,
-            drawn_342, drawn_183)))));
-        let drawn_345 = c(D_DRAWN_FACTOR) * drawn_344;
-        let drawn_346 = c(D_DRAWN_FACTOR_5) * drawn_319;
-        let drawn_347 = drawn_346 / c(12.0);
-        let drawn_348 = drawn_345 + drawn_347;
-        let drawn_349 = c(DRAWN_TERM) - drawn_335;
-        let drawn_350 = drawn_349 * drawn_349;
-        let drawn_351 = c(D_DRAWN_FACTOR_2) * drawn_344;
-        let drawn_352 = c(D_DRAWN_FACTOR_6) * drawn_319;
-        let drawn_353 = drawn_352 / c(12.0);
-        let drawn_354 = c(DRAWN_TERM_2) - drawn_335;
-        let drawn_355 = drawn_354 * drawn_354;
-        let drawn_356 = drawn_321 * drawn_355;
-        let drawn_357 = c(DRAWN_TERM_3) - drawn_335;
-        let drawn_358 = drawn_357 * drawn_357;
-        let drawn_359 = drawn_320 * drawn_358;
-        let drawn_360 = drawn_319 * drawn_326;
-        let drawn_361 = mul_add(-drawn_326, drawn_360, mul_add(drawn_232, drawn_340,
-            mul_add(drawn_232, drawn_337, drawn_227 + mul_add(drawn_196, drawn_226, drawn_223))));
-        let drawn_362 = c(D_DRAWN_FACTOR) * drawn_361;
-        let drawn_363 = drawn_347 + drawn_362;
-        let drawn_364 = c(D_DRAWN_FACTOR_2) * drawn_361;
-        let drawn_plus_drawn = mul_add(drawn_320, drawn_350, drawn_353);
-        let drawn_365 = drawn_364 + drawn_plus_drawn + mul_add(c(2.0), drawn_363, drawn_356
-            + drawn_359);
-        let drawn_366 = drawn_345 + drawn_362;
-        let drawn_367 = mul_add(c(2.0), drawn_366, drawn_351 + drawn_364);
-        let drawn_368 = drawn_367 + (drawn_359 + drawn_plus_drawn) + (drawn_365 + mul_add(c(2.0),
-            drawn_348, drawn_351 + drawn_356));
-        let drawn_369 = c(0.5) * drawn_368;
-        let drawn_370 = drawn_369 - drawn_365;
-        let drawn_371 = c(0.5) * drawn_370;
-        let drawn_372 = drawn_332 * drawn_332;
-        let second_moment_coupler_yy_2 = mul_add(mass_coupler_2, drawn_372, drawn_371);
-        let drawn_373 = drawn_369 - drawn_367;
-        let drawn_374 = drawn_335 * drawn_335;
-        let second_moment_coupler_zz_2 = mul_add(mass_coupler_2, drawn_374, c(0.5) * drawn_373);
-        let drawn_375 = drawn_331 - drawn_111;
-        let first_moment_coupler_ghost0_y_2 = mass_coupler_2 * drawn_375;
-        let drawn_376 = drawn_375 * drawn_375;
-        let second_moment_coupler_ghost0_yy_2 = mul_add(mass_coupler_2, drawn_376, drawn_371);
-        let minimal_first_moment_crank_y_2 = mul_add(-self.params.crank, mass_coupler_2,
-            -minus_first_moment_crank_y_2);
-        let minimal_first_moment_rocker_y_2 = mul_add(drawn_266, mass_coupler_2,
-            c(MASS_ROCKER) * drawn_311);
-        let mass_back_back_2 = second_moment_coupler_zz_2 + second_moment_coupler_ghost0_yy_2;
-        let mass_front_front_2 = second_moment_coupler_yy_2 + second_moment_coupler_zz_2;
-        let inverse_pivot_back = c(1.0) / mass_back_back_2;
-        let inverse_pivot_front = c(1.0) / mass_front_front_2;
-        let numbers_152 = drawn_308 + (mul_add(mass_crank_2, drawn_310, drawn_278 * drawn_296)
-            + mul_add(drawn_279, drawn_301, drawn_297)) + (mul_add(c(2.0), drawn_294,
-            mul_add(drawn_278, drawn_303, mul_add(mass_crank_2, drawn_309, mul_add(drawn_265,
-            mass_coupler_2, drawn_299)))) - drawn_308);
-        let y_over_d0_1_front = drawn_268 * inverse_pivot_front;
-        let y_over_d0_2_front = drawn_270 * inverse_pivot_front;
+        let inverse_pivot_back = c(1.0) / mass_back_back;
+        let inverse_pivot_front = c(1.0) / mass_front_front;
+        let y_over_d0_1_front = drawn_253 * inverse_pivot_front;
+        let y_over_d0_2_front = drawn_255 * inverse_pivot_front;
         let y_over_d0_2_back = closure_point_coupler_ghost0_y * inverse_pivot_back;
+        let numbers_16 = minimal_second_moment_rocker_yy + mass_back_back;
+        let numbers_18 = second_moment_crank_zz + second_moment_coupler_yy
+            + (second_moment_coupler_zz + minimal_second_moment_crank_yy);
         numbers[0] = first_moment_crank_z;
-        numbers[1] = first_moment_coupler_y;
+        numbers[1] = minus_first_moment_coupler_y;
         numbers[2] = first_moment_coupler_z;
         numbers[3] = first_moment_coupler_ghost0_y;
         numbers[4] = minimal_first_moment_crank_y;
-        numbers[5] = drawn_266;
+        numbers[5] = drawn_251;
         numbers[6] = minimal_first_moment_rocker_y;
         numbers[7] = stiffness_drive_3;
         numbers[8] = mass_back_back;
         numbers[9] = mass_front_front;
-        numbers[10] = c(2.0) * drawn_266;
-        numbers[11] = minimal_second_moment_rocker_yy + mass_back_back;
-        numbers[12] = self.params.crank * c(2.0);
-        numbers[13] = second_moment_crank_zz + second_moment_coupler_yy + (second_moment_coupler_zz
-            + minimal_second_moment_crank_yy);
-        numbers[14] = drawn_268;
-        numbers[15] = closure_point_coupler_ghost0_y;
-        numbers[16] = drawn_270;
-        numbers[17] = drawn_114;
-        numbers[18] = self.params.crank;
-        numbers[19] = drawn_125;
-        numbers[20] = drawn_271;
-        numbers[21] = first_moment_crank_y;
-        numbers[22] = second_moment_rocker_yy;
-        numbers[23] = mass_coupler;
-        numbers[24] = second_moment_crank_yy + second_moment_crank_zz;
-        numbers[25] = drawn_145 * c(0.25);
-        numbers[26] = drawn_115 * c(MECHANISM_SUM_FACTOR);
-        numbers[27] = mass_crank;
-        numbers[28] = first_moment_crank_x;
-        numbers[29] = second_moment_crank_xy;
-        numbers[30] = second_moment_crank_xz;
-        numbers[31] = second_moment_crank_yy;
-        numbers[32] = second_moment_crank_zz;
-        numbers[33] = first_moment_rocker_x;
-        numbers[34] = first_moment_rocker_y;
-        numbers[35] = second_moment_rocker_xy;
-        numbers[36] = first_moment_coupler_x;
-        numbers[37] = second_moment_coupler_xy;
-        numbers[38] = second_moment_coupler_xz;
-        numbers[39] = second_moment_coupler_yy;
-        numbers[40] = second_moment_coupler_zz;
-        numbers[41] = first_moment_coupler_ghost0_x;
-        numbers[42] = second_moment_coupler_ghost0_xy;
-        numbers[43] = second_moment_coupler_ghost0_xz;
-        numbers[44] = second_moment_coupler_ghost0_yy;
-        numbers[45] = drawn;
-        numbers[46] = drawn_4;
-        numbers[47] = drawn_14;
-        numbers[48] = drawn_15;
-        numbers[49] = drawn_16;
-        numbers[50] = drawn_18;
-        numbers[51] = drawn_19;
-        numbers[52] = drawn_20;
-        numbers[53] = drawn_22;
-        numbers[54] = drawn_23;
-        numbers[55] = drawn_26;
-        numbers[56] = drawn_29;
-        numbers[57] = drawn_30;
-        numbers[58] = drawn_31;
-        numbers[59] = drawn_36;
-        numbers[60] = drawn_37;
-        numbers[61] = drawn_39;
-        numbers[62] = drawn_40;
-        numbers[63] = drawn_41;
-        numbers[64] = drawn_44;
-        numbers[65] = drawn_46;
-        numbers[66] = drawn_47;
-        numbers[67] = drawn_49;
-        numbers[68] = drawn_51;
-        numbers[69] = drawn_53;
-        numbers[70] = drawn_56;
-        numbers[71] = drawn_62;
-        numbers[72] = drawn_63;
-        numbers[73] = drawn_70;
-        numbers[74] = drawn_71;
-        numbers[75] = drawn_75;
-        numbers[76] = drawn_76;
-        numbers[77] = drawn_82;
-        numbers[78] = drawn_84;
-        numbers[79] = drawn_87;
-        numbers[80] = drawn_89;
-        numbers[81] = drawn_108;
-        numbers[82] = drawn_110;
-        numbers[83] = drawn_115;
-        numbers[84] = drawn_117;
-        numbers[85] = drawn_118;
-        numbers[86] = drawn_121;
-        numbers[87] = drawn_126;
-        numbers[88] = drawn_130;
-        numbers[89] = drawn_141;
-        numbers[90] = drawn_142;
-        numbers[91] = drawn_143;
-        numbers[92] = drawn_145;
-        numbers[93] = drawn_146;
-        numbers[94] = drawn_147;
-        numbers[95] = drawn_148;
-        numbers[96] = drawn_151;
-        numbers[97] = drawn_152;
-        numbers[98] = drawn_154;
-        numbers[99] = drawn_156;
-        numbers[100] = drawn_159;
-        numbers[101] = drawn_160;
-        numbers[102] = drawn_162;
-        numbers[103] = drawn_165;
-        numbers[104] = drawn_167;
-        numbers[105] = drawn_169;
-        numbers[106] = drawn_172;
-        numbers[107] = drawn_174;
-        numbers[108] = drawn_176;
-        numbers[109] = drawn_177;
-        numbers[110] = drawn_178;
-        numbers[111] = drawn_182;
-        numbers[112] = drawn_184;
-        numbers[113] = drawn_185;
-        numbers[114] = drawn_187;
-        numbers[115] = drawn_190;
-        numbers[116] = drawn_192;
-        numbers[117] = drawn_194;
-        numbers[118] = drawn_196;
-        numbers[119] = drawn_197;
-        numbers[120] = drawn_199;
-        numbers[121] = drawn_205;
-        numbers[122] = drawn_206;
-        numbers[123] = drawn_213;
-        numbers[124] = drawn_214;
-        numbers[125] = drawn_218;
-        numbers[126] = drawn_219;
-        numbers[127] = drawn_226;
-        numbers[128] = drawn_232;
-        numbers[129] = drawn_235;
-        numbers[130] = drawn_238;
-        numbers[131] = drawn_240;
-        numbers[132] = drawn_260;
-        numbers[133] = drawn_262;
-        numbers[134] = drawn_263;
-        numbers[135] = drawn_264;
-        numbers[136] = drawn_265;
-        numbers[137] = drawn_267;
-        numbers[138] = first_moment_crank_z_2;
-        numbers[139] = minus_first_moment_coupler_y_2;
-        numbers[140] = first_moment_coupler_z_2;
-        numbers[141] = second_moment_coupler_yy_2;
-        numbers[142] = second_moment_coupler_zz_2;
-        numbers[143] = first_moment_coupler_ghost0_y_2;
-        numbers[144] = second_moment_coupler_ghost0_yy_2;
-        numbers[145] = minimal_first_moment_crank_y_2;
-        numbers[146] = minimal_first_moment_rocker_y_2;
-        numbers[147] = stiffness_drive_3;
-        numbers[148] = mass_back_back_2;
-        numbers[149] = inverse_pivot_back;
-        numbers[150] = mul_add(drawn_267, mass_coupler_2, mul_add(c(MASS_ROCKER), drawn_312,
-            c(DRAWN)));
-        numbers[151] = inverse_pivot_front;
-        numbers[152] = numbers_152;
-        numbers[153] = y_over_d0_1_front;
-        numbers[154] = y_over_d0_2_front;
-        numbers[155] = y_over_d0_2_back;
-        numbers[156] = drawn_268 * y_over_d0_1_front;
-        numbers[157] = drawn_268 * y_over_d0_2_front;
-        numbers[158] = mul_add(closure_point_coupler_ghost0_y, y_over_d0_2_back,
-            drawn_270 * y_over_d0_2_front);
+        numbers[10] = c(2.0) * drawn_251;
+        numbers[11] = self.params.crank * c(2.0);
+        numbers[12] = drawn_253;
+        numbers[13] = closure_point_coupler_ghost0_y;
+        numbers[14] = drawn_255;
+        numbers[15] = inverse_pivot_back;
+        numbers[16] = numbers_16;
+        numbers[17] = inverse_pivot_front;
+        numbers[18] = numbers_18;
+        numbers[19] = y_over_d0_1_front;
+        numbers[20] = y_over_d0_2_front;
+        numbers[21] = y_over_d0_2_back;
+        numbers[22] = drawn_253 * y_over_d0_1_front;
+        numbers[23] = drawn_253 * y_over_d0_2_front;
+        numbers[24] = mul_add(closure_point_coupler_ghost0_y, y_over_d0_2_back,
+            drawn_255 * y_over_d0_2_front);
+        numbers[25] = first_moment_crank_z;
+        numbers[26] = first_moment_coupler_y;
+        numbers[27] = first_moment_coupler_z;
+        numbers[28] = first_moment_coupler_ghost0_y;
+        numbers[29] = minimal_first_moment_crank_y;
+        numbers[30] = minimal_first_moment_rocker_y;
+        numbers[31] = stiffness_drive_3;
+        numbers[32] = mass_back_back;
+        numbers[33] = mass_front_front;
+        numbers[34] = numbers_16;
+        numbers[35] = numbers_18;
+        numbers[36] = drawn_109;
+        numbers[37] = self.params.crank;
+        numbers[38] = drawn_120;
+        numbers[39] = drawn_256;
+        numbers[40] = first_moment_crank_y;
+        numbers[41] = second_moment_rocker_yy;
+        numbers[42] = mass_coupler;
+        numbers[43] = second_moment_crank_yy + second_moment_crank_zz;
+        numbers[44] = drawn_138 * c(0.25);
+        numbers[45] = drawn_110 * c(MECHANISM_SUM_FACTOR);
+        numbers[46] = mass_crank;
+        numbers[47] = first_moment_crank_x;
+        numbers[48] = second_moment_crank_xy;
+        numbers[49] = second_moment_crank_xz;
+        numbers[50] = second_moment_crank_yy;
+        numbers[51] = second_moment_crank_zz;
+        numbers[52] = first_moment_rocker_x;
+        numbers[53] = first_moment_rocker_y;
+        numbers[54] = second_moment_rocker_xy;
+        numbers[55] = first_moment_coupler_x;
+        numbers[56] = second_moment_coupler_xy;
+        numbers[57] = second_moment_coupler_xz;
+        numbers[58] = second_moment_coupler_yy;
+        numbers[59] = second_moment_coupler_zz;
+        numbers[60] = first_moment_coupler_ghost0_x;
+        numbers[61] = second_moment_coupler_ghost0_xy;
+        numbers[62] = second_moment_coupler_ghost0_xz;
+        numbers[63] = second_moment_coupler_ghost0_yy;
+        numbers[64] = drawn;
+        numbers[65] = drawn_4;
+        numbers[66] = drawn_14;
+        numbers[67] = drawn_15;
+        numbers[68] = drawn_16;
+        numbers[69] = drawn_18;
+        numbers[70] = drawn_19;
+        numbers[71] = drawn_20;
+        numbers[72] = drawn_22;
+        numbers[73] = drawn_23;
+        numbers[74] = drawn_25;
+        numbers[75] = drawn_27;
+        numbers[76] = drawn_28;
+        numbers[77] = drawn_29;
+        numbers[78] = drawn_33;
+        numbers[79] = drawn_34;
+        numbers[80] = drawn_36;
+        numbers[81] = drawn_37;
+        numbers[82] = drawn_38;
+        numbers[83] = drawn_41;
+        numbers[84] = drawn_42;
+        numbers[85] = drawn_43;
+        numbers[86] = drawn_45;
+        numbers[87] = drawn_47;
+        numbers[88] = drawn_49;
+        numbers[89] = drawn_51;
+        numbers[90] = drawn_57;
+        numbers[91] = drawn_58;
+        numbers[92] = drawn_65;
+        numbers[93] = drawn_66;
+        numbers[94] = drawn_70;
+        numbers[95] = drawn_71;
+        numbers[96] = drawn_77;
+        numbers[97] = drawn_79;
+        numbers[98] = drawn_82;
+        numbers[99] = drawn_84;
+        numbers[100] = drawn_103;
+        numbers[101] = drawn_105;
+        numbers[102] = drawn_110;
+        numbers[103] = drawn_112;
+        numbers[104] = drawn_113;
+        numbers[105] = drawn_116;
+        numbers[106] = drawn_121;
+        numbers[107] = drawn_124;
+        numbers[108] = drawn_134;
+        numbers[109] = drawn_135;
+        numbers[110] = drawn_136;
+        numbers[111] = drawn_138;
+        numbers[112] = drawn_139;
+        numbers[113] = drawn_140;
+        numbers[114] = drawn_141;
+        numbers[115] = drawn_143;
+        numbers[116] = drawn_144;
+        numbers[117] = drawn_146;
+        numbers[118] = drawn_148;
+        numbers[119] = drawn_150;
+        numbers[120] = drawn_151;
+        numbers[121] = drawn_152;
+        numbers[122] = drawn_154;
+        numbers[123] = drawn_156;
+        numbers[124] = drawn_158;
+        numbers[125] = drawn_160;
+        numbers[126] = drawn_162;
+        numbers[127] = drawn_164;
+        numbers[128] = drawn_165;
+        numbers[129] = drawn_166;
+        numbers[130] = drawn_170;
+        numbers[131] = drawn_171;
+        numbers[132] = drawn_172;
+        numbers[133] = drawn_174;
+        numbers[134] = drawn_177;
+        numbers[135] = drawn_179;
+        numbers[136] = drawn_181;
+        numbers[137] = drawn_183;
+        numbers[138] = drawn_184;
+        numbers[139] = drawn_186;
+        numbers[140] = drawn_192;
+        numbers[141] = drawn_193;
+        numbers[142] = drawn_200;
+        numbers[143] = drawn_201;
+        numbers[144] = drawn_205;
+        numbers[145] = drawn_206;
+        numbers[146] = drawn_212;
+        numbers[147] = drawn_217;
+        numbers[148] = drawn_220;
+        numbers[149] = drawn_223;
+        numbers[150] = drawn_225;
+        numbers[151] = drawn_245;
+        numbers[152] = drawn_247;
+        numbers[153] = drawn_248;
+        numbers[154] = drawn_249;
+        numbers[155] = drawn_250;
+        numbers[156] = drawn_252;
     }
 }
 
