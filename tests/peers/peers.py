@@ -23,7 +23,7 @@ ITERATIONS = 20
 # Loops up to which programs are compared that have full matrices of all loops: constraintDynamics and MuJoCo, whose times grow
 # as the third power of their number; and up to which lcaba is, whose memory does: 3.5 GB for 225 loops.
 LOOPS = 60
-LOOPS_OF_LCABA = 225
+LOOPS_OF_LCABA = 132
 C_FLAGS = ["-O3", "-march=native", "-fno-semantic-interposition", "-shared", "-fPIC"]
 
 
