@@ -203,12 +203,12 @@ def sheets(results):
     for name, found in results["sheets"].items():
         own, lcaba = found["peers"]["lamc"], entry_of(found, "lcaba")
         others = [entry(found, "MuJoCo"), lcaba, entry_of(found, "constraintDynamics")]
-        cells = [f"{e['ns'] / 1e3:.3g} ({e['ratio']:.1f})" if e else "" for e in others]
+        cells = [f"{number(e['ns'] / 1e3)} ({e['ratio']:.1f})" if e else "" for e in others]
         step = found["lamc"]["rk4_steps"]["ratio"]
         iterations = lcaba["iterations"] if lcaba else ""
         rows.append([
             sheet(name), found["n"], found["loops"], found["operations"]["acceleration"]["total"],
-            f"{own['ns'] / 1e3:.3g}", f"{step:.1f}", *cells[:2], iterations, cells[2],
+            number(own["ns"] / 1e3), f"{step:.1f}", *cells[:2], iterations, cells[2],
             f"{own['difference']:.0e}",
         ])  # fmt: skip
     head = [
