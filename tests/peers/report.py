@@ -54,9 +54,13 @@ def entries(found, label):
     return [e for name, e in peers if name == label or name.startswith(f"{label}, ")]
 
 
+def fastest(entries):
+    return min(entries, key=lambda e: e["ns"], default=None)
+
+
 def entry(found, label):
     """The fastest entry with this name."""
-    return min(entries(found, label), key=lambda e: e["ns"], default=None)
+    return fastest(entries(found, label))
 
 
 def table(head, rows):
@@ -220,8 +224,7 @@ def sheets(results):
 
 def entry_of(found, algorithm):
     """The fastest entry of an algorithm, by whichever compiler."""
-    peers = found["peers"].items()
-    return min([e for name, e in peers if name.endswith(algorithm)], key=lambda e: e["ns"], default=None)
+    return fastest(e for name, e in found["peers"].items() if name.endswith(algorithm))
 
 
 def sheet(name):
@@ -246,7 +249,7 @@ def sheet_goals(results):
             exponent = times / math.log(large["n"] / small["n"])
             what = f"{shown} {ends[0]} to {ends[1]}: time by hinges to the power of"
             aims.append((what, "<=", most, exponent))
-    steps = [sheet["lamc"]["rk4_steps"]["ratio"] for sheet in found.values()]
+    steps = [one["lamc"]["rk4_steps"]["ratio"] for one in found.values()]
     if steps:
         aims.append(("RK4 step over evaluation, most of all sheets", "<=", MOST_OF_STEP, max(steps)))
     return targets(aims)

@@ -25,7 +25,7 @@ const MOST_DERIVATIVES: usize = 10_000;
 /// Terms of a factor by entry beyond which it is not tried: an elimination by body is cheaper.
 const MOST_ENTRIES: usize = 4_000;
 
-/// A function that several eliminations give, none of them too large.
+/// A function by each elimination that is worth trying, of which the fastest is taken.
 pub struct Choice {
     kind: FunctionKind,
     candidates: Vec<Function>,
