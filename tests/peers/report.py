@@ -363,7 +363,7 @@ def plot(name, curves, across, unit):
     matplotlib.rcParams["svg.hashsalt"] = name
     from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(figsize=(6.4, 4))
+    figure, axes = pyplot.subplots(figsize=(8, 4))
     for label, points in curves.items():
         if points:
             axes.loglog(*zip(*points), marker="o", markersize=3, label=label)
@@ -373,7 +373,8 @@ def plot(name, curves, across, unit):
     axes.set_xlabel(across)
     axes.set_ylabel(unit)
     axes.grid(alpha=0.3)
-    axes.legend()
+    # Beside the curves, of which it would hide some.
+    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize="small")
     figure.tight_layout()
     figure.savefig(FIGURES / name, metadata={"Date": None, "Creator": None})
     pyplot.close(figure)
