@@ -411,6 +411,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     drives: 0,
     parameters: 4,
     inputs: 0,
+    reduction: ::lamc_runtime::plumbing::ReductionSizes::NONE,
 };
 
 #[allow(

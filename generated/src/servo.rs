@@ -394,6 +394,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     drives: 0,
     parameters: 4,
     inputs: 1,
+    reduction: ::lamc_runtime::plumbing::ReductionSizes::NONE,
 };
 
 #[allow(

@@ -24,7 +24,7 @@ use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut, Margin};
 use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Error, Mechanism, Scalar};
+use crate::{Arithmetic, Error, Mechanism, Scalar, reduction};
 
 /// Properties of the closure equations at a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,6 +166,11 @@ fn solve<Y: Mechanism>(
     let dimensions = check(system, workspace, &[q.len()], &[u.len(), out.len()])?;
     if lambda.is_none()
         && let Some(constraint) = direct(system, state, out)?
+    {
+        return Ok(constraint);
+    }
+    if lambda.is_none()
+        && let Some(constraint) = reduction::accelerate(system, state, workspace, out)?
     {
         return Ok(constraint);
     }

@@ -123,6 +123,10 @@ constants! {
     /// Solving by J M^-1 J^T loses as many digits as its condition number has: in `f64` ten are kept.
     SAFE_CONDITIONING: Tolerance = Tolerance::new(1e-4, 1e5);
 
+    /// What the largest entry of N counts as, beside the inverse pivots of the closure, in a reduction to independent
+    /// speeds: an entry of 20 makes it as little trusted as a pivot of a hundredth.
+    WEIGHT_OF_ENTRY: f64 = 5.0;
+
     /// Share of an acceleration that rounding of the state may make where its own rows count.
     ///
     /// Above it, a direction that has nearly faded is taken along the motion instead.

@@ -118,6 +118,7 @@ mod passage;
 pub mod plumbing;
 mod projection;
 mod rank;
+mod reduction;
 mod scalar;
 mod sin_cos;
 mod state;

@@ -9,6 +9,7 @@ use crate::acceleration::direct;
 use crate::assembly::assemble_pinned;
 use crate::plumbing::{
     Balance, Change, Dimensions, Drive, EquationsMut, GapsMut, JacobianMut, Margin, ProjectionMut,
+    Reduction, ReductionMut,
 };
 use crate::{
     Energy, Equilibrium, Error, Momentum, Rk4, Scalar, StateOf, acceleration, equilibrium, project,
@@ -296,6 +297,48 @@ pub trait Mechanism: Sized {
         Ok(None)
     }
 
+    /// How the speeds follow from independent ones, if the module has that in place of straight-line code for
+    /// accelerations and projections. Provided: it has not.
+    fn reduction(&self) -> Option<Reduction<'_>> {
+        None
+    }
+
+    /// What du/dt needs where there is a [`reduction`](Self::reduction): `given`, NU, solves the closure with zeros for
+    /// the independent joints; `forces`, NU, are f - M `given`. Provided: there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    fn write_reduction(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: ReductionMut<'_, Self::Scalar>,
+        given: &mut [Self::Scalar],
+        forces: &mut [Self::Scalar],
+    ) -> Result<(), Error> {
+        let _ = (t, q, u, out, given, forces);
+        Err(Error::LeftOut { function: "reduction" })
+    }
+
+    /// The same for a projection: the residuals, and what solves the closure for them and for J u with zeros for the
+    /// independent joints. Provided: there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    fn write_projection_reduction(
+        &self,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: ReductionMut<'_, Self::Scalar>,
+        closing: ProjectionMut<'_, Self::Scalar>,
+    ) -> Result<(), Error> {
+        let _ = (q, u, out, closing);
+        Err(Error::LeftOut { function: "projection_reduction" })
+    }
+
     /// du/dt and its derivatives, as [`write_acceleration`](Self::write_acceleration). Provided:
     /// there is no such code.
     ///
@@ -371,9 +414,8 @@ pub trait Mechanism: Sized {
     ) -> Result<Self::Speeds, Error> {
         let mut speeds = self.speeds();
         let (q, u, out) = (q.as_ref(), u.as_ref(), speeds.as_mut());
-        // Most states need no workspace.
         if direct(self, (t, q, u), out)?.is_none() {
-            acceleration(self, t, q, u, self.workspace().as_mut(), out)?;
+            with_workspace(self, t, q, u, out)?;
         }
         Ok(speeds)
     }
@@ -397,4 +439,17 @@ pub trait Mechanism: Sized {
     fn step(&self, state: &mut StateOf<Self>, dt: Self::Scalar) -> Result<(), Error> {
         Rk4::new(self).step(self, state, dt)
     }
+}
+
+/// [`acceleration`](fn@crate::acceleration) for states that need a workspace. Most need none: it stays out of the caller's
+/// frame, of which every page is touched at every call.
+#[inline(never)]
+fn with_workspace<Y: Mechanism>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    acceleration(system, t, q, u, system.workspace().as_mut(), out).map(|_| ())
 }

@@ -9,6 +9,7 @@ use crate::{Error, Scalar};
 pub use crate::arrays::{forces, jacobian, jacobian_params, motor_torques};
 pub use crate::integrate::rodasp;
 pub use crate::jacobian::{Change, JacobianMut};
+pub use crate::reduction::{Branch, Dependent, Reduction, ReductionSizes};
 pub use crate::workspace::workspace_len;
 
 /// Sizes of a mechanism.
@@ -39,6 +40,8 @@ pub struct Dimensions {
     pub parameters: usize,
     /// Inputs.
     pub inputs: usize,
+    /// Of the reduction to independent speeds.
+    pub reduction: ReductionSizes,
 }
 
 impl Dimensions {
@@ -60,6 +63,7 @@ impl Dimensions {
             drives: 0,
             parameters: 0,
             inputs: 0,
+            reduction: ReductionSizes::NONE,
         }
     }
 }
@@ -86,6 +90,25 @@ pub struct ProjectionMut<'a, S> {
     pub positions: &'a mut [S],
     /// By what u exceeds the nearest speeds that keep the loops as they are, NU, rad/s.
     pub speeds: &'a mut [S],
+}
+
+/// Where [`write_reduction`](crate::Mechanism::write_reduction) and
+/// [`write_projection_reduction`](crate::Mechanism::write_projection_reduction) write, for B branches of the
+/// [`Reduction`].
+#[derive(Debug)]
+pub struct ReductionMut<'a, S> {
+    /// The velocity of each branch's hinge at unit speed about the origin of the base frame, B x 6: the unit vector along the
+    /// hinge, then the velocity of the origin, m.
+    pub axes: &'a mut [S],
+    /// The momentum of all that moves with each branch at its unit speed, B x 6: its moment about the origin of the base
+    /// frame, kg m^2, then its force, kg m.
+    pub momenta: &'a mut [S],
+    /// The inertia of each branch's rotor, B, kg m^2.
+    pub rotors: &'a mut [S],
+    /// The coefficients of the dependent speeds, in the order of the reduction's columns.
+    pub coefficients: &'a mut [S],
+    /// The largest inverse pivot of the elimination, in units of the inverse of its loop's length, 1.
+    pub largest: &'a mut [S],
 }
 
 /// Where [`write_gaps`](crate::Mechanism::write_gaps) writes, for K contact points. Matrices are row-major.

@@ -1,6 +1,7 @@
 //! Size and division of the workspace of the algorithms.
 
 use crate::plumbing::Dimensions;
+use crate::reduction::reduction_len;
 use crate::unilateral::unilateral_len;
 use crate::{Error, Mechanism};
 
@@ -22,6 +23,9 @@ use crate::{Error, Mechanism};
 ///   seven vectors 7 N and five of coordinates 5 NQ;
 /// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
 ///   4 c and two of coordinates 2 N; directions P + I;
+/// * a reduction to d independent speeds, of B joints and K coefficients, where the module has one: 13 B + K + 1; with b
+///   for d / 8 rounded up, 16 b numbers for each joint, and 96 b for each joint on the longest way from the ground;
+///   d d + 8 b; (D + N + 1) d + (D + N) (D + N + 2); residuals, two vectors and coordinates r + 2 N + NQ;
 /// * rigid contacts: 3 N and some 20 numbers for each contact point; for mechanisms without, never the largest.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
     let with_stops =
@@ -46,7 +50,8 @@ const fn needed(dimensions: Dimensions) -> usize {
     let projection = n * n + greater(n + rows * n + rows, r + r * n + n + coordinates);
     let assembly = r + r * n + 2 * n * n + 7 * n + 5 * coordinates;
     let jacobian = n * n + c * n + c * c + 4 * c + 2 * n + parameters + inputs;
-    greater(greater(acceleration, jacobian), greater(projection, assembly))
+    let most = greater(greater(acceleration, jacobian), greater(projection, assembly));
+    greater(most, reduction_len(dimensions))
 }
 
 const fn greater(a: usize, b: usize) -> usize {

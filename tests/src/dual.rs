@@ -10,7 +10,7 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use lamc::program::{FunctionKind, Interface, Op, Program, Slot, Value};
 use lamc_runtime::plumbing::{
-    Dimensions, Drive, EquationsMut, Margin, ProjectionMut, workspace_len,
+    Dimensions, Drive, EquationsMut, Margin, ProjectionMut, ReductionSizes, workspace_len,
 };
 use lamc_runtime::{Arithmetic, Error, JacobianMut, Mechanism, Scalar, State, StateOf, free_body};
 
@@ -269,6 +269,7 @@ impl Mechanism for DualSystem<'_> {
             coordinates: interface.coordinates(),
             speeds: interface.speeds(),
             joints: interface.joints.len(),
+            reduction: ReductionSizes::NONE,
         }
     }
 

@@ -133,14 +133,16 @@ fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
     let topology = &compiled.topology;
     let acceleration = compiled.program.function_of(FunctionKind::Acceleration);
     let has = |phase| acceleration.instructions.iter().any(|step| step.section.phase == phase);
+    let in_loops = compiled.program.reduction().is_some();
     match &topology.reduction {
-        Some(reduction) if has(Phase::IndependentAcceleration) => {
+        Some(reduction) if in_loops || has(Phase::IndependentAcceleration) => {
             let joints = &topology.mechanism.joints;
             let chosen = reduction.independent.iter().map(|joint| &joints[joint.index()].name);
             let chosen: Vec<_> = chosen.map(|name| format!("`{name}`")).collect();
             let rows: usize = topology.loops.iter().map(|closed| closed.rows.len()).sum();
             let pivots = reduction.pivots.len();
-            writeln!(text, "acceleration: by independent speeds")?;
+            let how = if in_loops { ", whose matrices the runtime forms" } else { "" };
+            writeln!(text, "acceleration: by independent speeds{how}")?;
             writeln!(text, "  independent: {}", chosen.join(", "))?;
             writeln!(
                 text,
@@ -161,8 +163,11 @@ fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
 
 /// Writes in which form modules have their functions, where it is not straight-line code.
 fn write_form(text: &mut String, program: &Program) -> fmt::Result {
-    let [acceleration, projection] =
-        [FunctionKind::Acceleration, FunctionKind::Projection].map(|kind| program.form(kind));
+    let kinds = match program.reduction() {
+        Some(_) => [FunctionKind::Reduction, FunctionKind::ProjectionReduction],
+        None => [FunctionKind::Acceleration, FunctionKind::Projection],
+    };
+    let [acceleration, projection] = kinds.map(|kind| program.form(kind));
     match (acceleration, projection) {
         (Form::StraightLine, _) => Ok(()),
         (Form::Tables, _) => writeln!(text, "modules: tables"),
@@ -222,10 +227,16 @@ fn write_linear_ranges(text: &mut String, mechanism: &Mechanism) -> fmt::Result 
 
 fn write_operations(text: &mut String, program: &Program) -> fmt::Result {
     writeln!(text, "\noperations per evaluation")?;
-    for function in &program.functions {
+    let solution = match program.reduction() {
+        Some(_) => FunctionKind::Reduction,
+        None => FunctionKind::Acceleration,
+    };
+    let of_reductions = [FunctionKind::Reduction, FunctionKind::ProjectionReduction];
+    let is_listed = |kind| solution == FunctionKind::Reduction || !of_reductions.contains(&kind);
+    for function in program.functions.iter().filter(|function| is_listed(function.kind)) {
         writeln!(text, "  {:<12} {}", function.kind.name(), function.cost())?;
     }
-    let acceleration = program.function_of(FunctionKind::Acceleration);
+    let acceleration = program.function_of(solution);
     if !acceleration.outputs.is_empty() {
         writeln!(text, "\noperations of the acceleration")?;
     }

@@ -8,10 +8,10 @@ use super::binder::{Binder, Label};
 use super::closure::Closure;
 use super::contact::Gaps;
 use super::energy::Energy;
-use super::equations::{Equations, GapTrees, Leaf, Reduced};
+use super::equations::{Equations, GapTrees, Leaf, Reduced, Terms};
 use super::forces::GeneralizedForces;
 use super::frame::Frames;
-use super::independent::{IndependentSpeeds, Phases};
+use super::independent::{Elimination, IndependentSpeeds, Parts, Phases};
 use super::inertia::Inertias;
 use super::inverse::{Given, InverseDynamics};
 use super::kinematics::Kinematics;
@@ -29,6 +29,10 @@ const MOST_ROW_ENTRIES: usize = 600;
 
 /// Joints of a tree on free bodies up to which the reduction is tried: its cost grows as their third power.
 const MOST_FREE_JOINTS: usize = 12;
+
+/// Products of two entries of N for the same joint above which the runtime forms N^T M N in loops: straight-line code
+/// outgrows the caches.
+const MOST_PAIRS: usize = 6_000;
 
 /// The reason why no equations could be derived.
 #[derive(Debug, thiserror::Error)]
@@ -74,8 +78,9 @@ fn equations(
         loads: &loads,
         closure: &closure,
     };
-    let reduced = reduced(b, &phases);
-    let by_rows = reduced.is_none() || is_eliminated_by_rows(topology, &closure);
+    let (reduced, terms) = independent(b, &phases);
+    let by_rows =
+        (reduced.is_none() && terms.is_none()) || is_eliminated_by_rows(topology, &closure);
     let elimination = by_rows.then(|| {
         let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);
         bodies.elimination(b)
@@ -90,6 +95,7 @@ fn equations(
         gamma: b.trees(&closure.gamma),
         elimination,
         reduced,
+        terms,
         row_residual: b.trees(&closure.row_residual),
         row_velocity: b.trees(&closure.row_velocity),
         residual: b.trees(&closure.residual),
@@ -158,31 +164,72 @@ fn defined(binder: &mut Binder) -> Result<(), Diagnostics> {
     if problems.has_errors() { Err(problems) } else { Ok(()) }
 }
 
-/// Derives the solution for independent speeds, for mechanisms of several loops or with free bodies.
-fn reduced(binder: &mut Binder, phases: &Phases) -> Option<Reduced> {
+/// Derives the solution for independent speeds or, for many of them and for driven joints, its parts: for mechanisms of
+/// several loops, with free bodies, or with driven joints and loops.
+fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option<Terms>) {
     let topology = binder.topology();
     let mechanism = &topology.mechanism;
     let has_free = !mechanism.free.is_empty();
-    let reduced = if topology.loops.is_empty() {
+    if topology.loops.is_empty() {
         let joints = mechanism.joints.len();
         if !has_free || joints > MOST_FREE_JOINTS {
-            return None;
+            return (None, None);
         }
         // Without loops every joint is independent.
         let independent = (0..joints).map(JointId).collect();
-        IndependentSpeeds::new(binder, phases, &Reduction { independent, pivots: Vec::new() })
-    } else {
-        let suits = has_free || topology.loops.len() > 1;
-        let reduction = topology.reduction.as_ref().filter(|_| suits)?;
-        IndependentSpeeds::new(binder, phases, reduction)
+        let reduction = Reduction { independent, pivots: Vec::new() };
+        let elimination = Elimination::new(binder, phases.closure, &reduction);
+        return (Some(solved(binder, phases, &reduction, elimination)), None);
+    }
+    let is_driven = mechanism.joints.iter().any(|joint| joint.drive.is_some());
+    let suits = has_free || is_driven || topology.loops.len() > 1;
+    let Some(reduction) = topology.reduction.as_ref().filter(|_| suits) else {
+        return (None, None);
     };
-    Some(Reduced {
+    let elimination = Elimination::new(binder, phases.closure, reduction);
+    let has_many = elimination.pairs(reduction) > MOST_PAIRS;
+    if !has_free && !reduction.independent.is_empty() && (is_driven || has_many) {
+        return (None, Some(parts(binder, phases, reduction, &elimination)));
+    }
+    (Some(solved(binder, phases, reduction, elimination)), None)
+}
+
+fn solved(
+    binder: &mut Binder,
+    phases: &Phases,
+    reduction: &Reduction,
+    elimination: Elimination,
+) -> Reduced {
+    let reduced = IndependentSpeeds::new(binder, phases, reduction, elimination);
+    Reduced {
         accelerations: binder.trees(&reduced.accelerations),
         positions: binder.trees(&reduced.positions),
         speeds: binder.trees(&reduced.speeds),
         margin: binder.trees(&reduced.margin),
         projection_margin: binder.trees(&reduced.projection_margin),
-    })
+    }
+}
+
+fn parts(
+    binder: &mut Binder,
+    phases: &Phases,
+    reduction: &Reduction,
+    elimination: &Elimination,
+) -> Terms {
+    let parts = Parts::new(binder, phases, reduction, elimination);
+    Terms {
+        axes: binder.trees(&parts.axes),
+        rotors: binder.trees(&parts.rotors),
+        coefficients: binder.trees(&parts.coefficients),
+        largest: binder.trees(&parts.largest),
+        momenta: binder.trees(&parts.momenta),
+        given: binder.trees(&parts.given),
+        forces: binder.trees(&parts.forces),
+        projection_momenta: binder.trees(&parts.projection_momenta),
+        positions: binder.trees(&parts.positions),
+        speeds: binder.trees(&parts.speeds),
+        pattern: parts.pattern,
+    }
 }
 
 /// Returns whether the rows of J are worth reducing one by one although independent speeds are known.

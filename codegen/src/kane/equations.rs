@@ -1,7 +1,7 @@
 //! Kane's equations as bound symbolic expressions, in the order in which they were formed.
 
 use crate::laminate::Mechanism;
-use crate::program::{Fact, Section};
+use crate::program::{Fact, ReductionInfo, Section};
 use crate::source::ids::index;
 use crate::source::{CoordinateId, InputId, MemoryId, ParameterId, SpeedId};
 use crate::symbolic::Tree;
@@ -74,6 +74,8 @@ pub struct Equations {
     /// The equations of motion with all loops, solved for independent speeds. Only mechanisms of several
     /// loops have it.
     pub reduced: Option<Reduced>,
+    /// What the runtime needs to solve for independent speeds, in place of `reduced`.
+    pub terms: Option<Terms>,
     /// J u, C, m/s.
     pub row_velocity: Vec<Tree<Leaf>>,
     /// Closure residuals along the rows of J, C, m. Their rate of change is J u if the loops are
@@ -153,6 +155,34 @@ pub struct Reduced {
     pub speeds: Vec<Tree<Leaf>>,
     /// How far these two can be trusted, 2, as `margin`.
     pub projection_margin: Vec<Tree<Leaf>>,
+}
+
+/// What a solution for independent speeds needs, with B joints in the order of the pattern's branches.
+#[derive(Clone, Debug)]
+pub struct Terms {
+    /// Which speeds are independent, and which joints the others follow from.
+    pub pattern: ReductionInfo,
+    /// Velocity of each hinge at unit speed about the origin of the base frame: turn and displacement, B x 6.
+    pub axes: Vec<Tree<Leaf>>,
+    /// Inertia of the rotors, B, kg m^2.
+    pub rotors: Vec<Tree<Leaf>>,
+    /// Coefficients of the dependent speeds.
+    pub coefficients: Vec<Tree<Leaf>>,
+    /// The largest inverse pivot of the closure times its loop's length, 1.
+    pub largest: Vec<Tree<Leaf>>,
+    /// Momentum of all that moves with each hinge at unit speed, about the origin of the base frame: moment and
+    /// force, B x 6.
+    pub momenta: Vec<Tree<Leaf>>,
+    /// du/dt that solves the closure with zeros for the independent joints, N.
+    pub given: Vec<Tree<Leaf>>,
+    /// f - M `given`, N, N m.
+    pub forces: Vec<Tree<Leaf>>,
+    /// As `momenta`, for the M of the tree.
+    pub projection_momenta: Vec<Tree<Leaf>>,
+    /// What closes the loops, to be taken from q, to first order, with zeros for the independent joints, N.
+    pub positions: Vec<Tree<Leaf>>,
+    /// The same for u, N.
+    pub speeds: Vec<Tree<Leaf>>,
 }
 
 impl Equations {

@@ -97,15 +97,10 @@ impl MassMatrix {
         speed: usize,
         wrench: Wrench,
     ) {
-        let name = format!("inertia_{}_at_ground", binder.speed_name(speed));
         for (row, entry) in along_speeds(kinematics, link.node, &wrench) {
             self.set(binder, link, [row, speed], entry);
         }
-        let placement = kinematics.placement(link.node);
-        let force = placement.turn(&wrench.force);
-        let force = binder.vector(link.node, Phase::MassMatrix, &format!("{name}_force"), force);
-        let moment = add(&placement.turn(&wrench.moment), &cross(&placement.origin, &force));
-        let moment = binder.vector(link.node, Phase::MassMatrix, &format!("{name}_moment"), moment);
+        let Wrench { force, moment } = at_ground(binder, kinematics, link, speed, &wrench);
         let mut at = link.parent;
         while let Some(node) = at {
             // Partial velocities at the ground's origin, in the base frame.
@@ -139,6 +134,24 @@ impl MassMatrix {
         self.entries[r * self.n + c] = entry.clone();
         self.entries[c * self.n + r] = entry;
     }
+}
+
+/// Returns the momentum of all that moves with a speed about the ground's origin, in the base frame.
+pub fn at_ground(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    link: &Link,
+    speed: usize,
+    wrench: &Wrench,
+) -> Wrench {
+    let (node, phase) = (link.node, Phase::MassMatrix);
+    let name = format!("inertia_{}_at_ground", binder.speed_name(speed));
+    let placement = kinematics.placement(node);
+    let force = placement.turn(&wrench.force);
+    let force = binder.vector(node, phase, &format!("{name}_force"), force);
+    let moment = add(&placement.turn(&wrench.moment), &cross(&placement.origin, &force));
+    let moment = binder.vector(node, phase, &format!("{name}_moment"), moment);
+    Wrench { force, moment }
 }
 
 /// Binds the composite of a node and all beyond it.

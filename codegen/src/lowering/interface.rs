@@ -65,6 +65,7 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
         mobility: topology.mobility,
         cuts: mechanism.cuts.iter().map(|id| mechanism.joints[id.index()].name.clone()).collect(),
         size: mechanism.size,
+        reduction: equations.terms.as_ref().map(|terms| terms.pattern.clone()),
     }
 }
 

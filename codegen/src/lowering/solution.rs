@@ -49,19 +49,27 @@ impl Choice {
     }
 }
 
-/// [`FunctionKind::Acceleration`], [`FunctionKind::Projection`], [`FunctionKind::Jacobian`] and
-/// [`FunctionKind::JacobianParams`], not optimised yet; `tangent` is [`FunctionKind::Tangent`].
+/// From [`FunctionKind::Acceleration`] to [`FunctionKind::JacobianParams`], not optimised yet; `tangent` is
+/// [`FunctionKind::Tangent`].
 pub fn choices(equations: &Equations, tangent: &Function) -> Vec<Choice> {
-    use FunctionKind::{Acceleration, Jacobian, JacobianParams, Projection};
+    use FunctionKind::{
+        Acceleration, Jacobian, JacobianParams, Projection, ProjectionReduction, Reduction,
+    };
     let topology = &equations.topology;
     let driven = topology.mechanism.joints.iter().any(|joint| joint.drive.is_some());
     // Rows that depend on each other everywhere have no factor.
     let regular = topology.rank == equations.gamma.len() && !driven;
-    let solvable = regular || (equations.reduced.is_some() && !driven);
+    let solvable =
+        equations.terms.is_none() && (regular || (equations.reduced.is_some() && !driven));
     let most = if equations.reduced.is_some() { MOST_OF_SHEETS } else { MOST_OPERATIONS };
     let solved = |kind, wanted: bool| {
         let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };
         Choice { kind, candidates, most }
+    };
+    let parts = |kind| {
+        let function =
+            equations.terms.as_ref().map(|terms| functions::terms(equations, terms, kind));
+        Choice { kind, candidates: function.into_iter().collect(), most: usize::MAX }
     };
     let speeds = topology.mechanism.speeds();
     let parameters = topology.mechanism.parameters.len();
@@ -75,6 +83,8 @@ pub fn choices(equations: &Equations, tangent: &Function) -> Vec<Choice> {
     vec![
         solved(Acceleration, solvable),
         solved(Projection, solvable && !topology.loops.is_empty()),
+        parts(Reduction),
+        parts(ProjectionReduction),
         derivatives(Jacobian, 2 * speeds + 1),
         derivatives(JacobianParams, parameters),
     ]

@@ -33,7 +33,13 @@ impl Program {
         if self.interface.loops.len() < 2 || all <= LONG {
             return Form::StraightLine;
         }
-        let is_of_step = matches!(kind, FunctionKind::Acceleration | FunctionKind::Projection);
+        let is_of_step = matches!(
+            kind,
+            FunctionKind::Acceleration
+                | FunctionKind::Projection
+                | FunctionKind::Reduction
+                | FunctionKind::ProjectionReduction
+        );
         match is_of_step && operations(self.function_of(kind)) <= LONG_SOLUTION {
             true => Form::Numbered,
             false => Form::Tables,

@@ -240,6 +240,12 @@ impl Program {
     pub fn function_of(&self, kind: FunctionKind) -> &Function {
         &self.functions[kind as usize]
     }
+
+    /// The reduction to independent speeds, if the program has functions for it.
+    pub fn reduction(&self) -> Option<&ReductionInfo> {
+        let is_left_out = self.function_of(FunctionKind::Reduction).outputs.is_empty();
+        self.interface.reduction.as_ref().filter(|_| !is_left_out)
+    }
 }
 
 /// Interface of a mechanism for callers.
@@ -283,6 +289,29 @@ pub struct Interface {
     pub cuts: Vec<String>,
     /// Diagonal of the flat bounding box, m.
     pub size: f64,
+    /// How the speeds follow from independent ones, if the runtime solves for those.
+    pub reduction: Option<ReductionInfo>,
+}
+
+/// A reduction to independent speeds. Joints are given by their place in `branches`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReductionInfo {
+    /// The joints of the tree, and the number of joints between each and the ground; each joint is followed by all joints
+    /// beyond it.
+    pub branches: Vec<(u16, u16)>,
+    /// The joints whose speeds are independent.
+    pub independent: Vec<u16>,
+    /// The other joints, each after those that its speed follows from, and how many these are.
+    pub dependent: Vec<(u16, u16)>,
+    /// The joints that the speeds of the dependent ones follow from.
+    pub columns: Vec<u16>,
+}
+
+impl ReductionInfo {
+    /// The greatest number of joints on the way from the ground.
+    pub fn depth(&self) -> usize {
+        self.branches.iter().map(|&(_, depth)| usize::from(depth) + 1).max().unwrap_or(0)
+    }
 }
 
 /// A joint, as a caller sees it.

@@ -33,9 +33,18 @@ pub struct UnknownFunction {
     name: String,
 }
 
-/// The functions that a module may do without.
+/// The functions that a module may do without. What the runtime makes accelerations and projections of is chosen as
+/// the acceleration.
 fn optional() -> impl Iterator<Item = FunctionKind> {
-    FunctionKind::ALL.into_iter().filter(|&kind| !is_needed(kind))
+    FunctionKind::ALL.into_iter().filter(|&kind| !is_needed(kind) && named(kind) == kind)
+}
+
+/// The function that a user asks for to get this one.
+fn named(kind: FunctionKind) -> FunctionKind {
+    match kind {
+        FunctionKind::Reduction | FunctionKind::ProjectionReduction => FunctionKind::Acceleration,
+        kind => kind,
+    }
 }
 
 /// Returns whether all modules that have the function need it.
@@ -74,7 +83,7 @@ impl Selection {
 
     /// Whether a function is in the set.
     pub fn contains(self, kind: FunctionKind) -> bool {
-        self.0 & 1 << kind as u16 != 0
+        self.0 & 1 << named(kind) as u16 != 0
     }
 
     /// The functions that are in this set and in another.
@@ -99,19 +108,19 @@ impl Program {
     /// The functions that the program has.
     pub fn selection(&self) -> Selection {
         let written = self.functions.iter().filter(|function| !function.outputs.is_empty());
-        Selection::of(written.map(|function| function.kind))
+        Selection::of(written.map(|function| named(function.kind)))
     }
 
     /// The option of the command that chooses the functions that the program has, as [`Selection::option`]. What the
     /// mechanism has nothing for does not count as left out: momenta without a free body, gaps without contacts,
     /// control without controllers, a projection without loops.
     pub fn option(&self) -> String {
-        let Interface { free, controllers, contacts, loops, .. } = &self.interface;
+        let Interface { free, controllers, contacts, loops, reduction, .. } = &self.interface;
         let absent = [
             (FunctionKind::Momentum, free.is_empty()),
             (FunctionKind::Control, controllers.is_empty()),
             (FunctionKind::Gaps, contacts.is_empty()),
-            (FunctionKind::Projection, loops.is_empty()),
+            (FunctionKind::Projection, loops.is_empty() || reduction.is_some()),
         ];
         let absent = absent.into_iter().filter(|(_, is_absent)| *is_absent);
         let absent = absent.fold(0, |set, (kind, _)| set | 1 << kind as u16);

@@ -83,6 +83,10 @@ pub enum Size {
     Memory,
     /// The inputs that controllers drive.
     Commands,
+    /// The joints in the order of the reduction to independent speeds; none without it.
+    Branches,
+    /// The coefficients of that reduction.
+    Coefficients,
 }
 
 impl Size {
@@ -105,6 +109,8 @@ impl Size {
             Self::Inputs => interface.inputs.len(),
             Self::Memory => interface.memory().count(),
             Self::Commands => interface.commands().count(),
+            Self::Branches => interface.reduction.as_ref().map_or(0, |it| it.branches.len()),
+            Self::Coefficients => interface.reduction.as_ref().map_or(0, |it| it.columns.len()),
         }
     }
 }
@@ -128,6 +134,8 @@ impl std::fmt::Display for Size {
             Self::Inputs => "inputs",
             Self::Memory => "memory",
             Self::Commands => "commands",
+            Self::Branches => "branches",
+            Self::Coefficients => "coefficients",
         };
         f.write_str(symbol)
     }

@@ -28,6 +28,8 @@ pub enum FunctionKind {
     Tangent,
     Acceleration,
     Projection,
+    Reduction,
+    ProjectionReduction,
     Jacobian,
     JacobianParams,
     Drawing,
@@ -160,8 +162,44 @@ const MARGIN: Array = vector(
     "the least inverse pivot of M, then how far the closure is from singular",
 );
 
+/// Velocities of the hinges at unit speed.
+const AXES: Array = array(
+    "axes",
+    Shape(Size::Branches, Size::Fixed(6)),
+    "m",
+    "the hinges of the branches in the base frame: the unit vector, without a unit, then its moment about the origin",
+);
+
+/// Momenta at unit speed of the hinges.
+const MOMENTA: Array = array(
+    "momenta",
+    Shape(Size::Branches, Size::Fixed(6)),
+    "kg m^2, kg m",
+    "the momentum of all that moves with each branch at its unit speed: its moment about the origin, then its force",
+);
+
+/// Inertia of rotors.
+const ROTORS: Array =
+    vector("rotors", Size::Branches, "kg m^2", "the inertia of the branches' rotors");
+
+/// Coefficients of the elimination.
+const COEFFICIENTS: Array = vector(
+    "coefficients",
+    Size::Coefficients,
+    "",
+    "the dependent speeds by those that they follow from",
+);
+
+/// How far an elimination can be trusted.
+const LARGEST: Array = vector(
+    "largest",
+    Size::Fixed(1),
+    "",
+    "the largest inverse pivot of the closure times the length of its loop",
+);
+
 /// Every function, in the order of [`FunctionKind`].
-pub const SIGNATURES: [Signature; 17] = [
+pub const SIGNATURES: [Signature; 19] = [
     Signature {
         kind: FunctionKind::Equations,
         name: "equations",
@@ -350,6 +388,49 @@ pub const SIGNATURES: [Signature; 17] = [
             MARGIN,
         ],
         doc: "What closes the loops, to be taken from q and u",
+    },
+    Signature {
+        kind: FunctionKind::Reduction,
+        name: "reduction",
+        role: Role::Solution,
+        inputs: STATE,
+        outputs: &[
+            AXES,
+            MOMENTA,
+            ROTORS,
+            COEFFICIENTS,
+            LARGEST,
+            vector(
+                "given",
+                Size::Speeds,
+                "rad/s^2",
+                "du/dt that solves the closure with zeros for the independent joints",
+            ),
+            vector("forces", Size::Speeds, "N m", "f - M given"),
+        ],
+        doc: "What du/dt by independent speeds needs",
+    },
+    Signature {
+        kind: FunctionKind::ProjectionReduction,
+        name: "projection_reduction",
+        role: Role::Solution,
+        inputs: VELOCITY,
+        outputs: &[
+            AXES,
+            MOMENTA,
+            ROTORS,
+            COEFFICIENTS,
+            LARGEST,
+            vector("residual", Size::Residuals, "m", "the closure residuals"),
+            vector(
+                "positions",
+                Size::Speeds,
+                "rad",
+                "what closes the loops, to be taken from q, with zeros for the independent joints",
+            ),
+            vector("speeds", Size::Speeds, "rad/s", "the same to be taken from u"),
+        ],
+        doc: "What a projection by independent speeds needs",
     },
     Signature {
         kind: FunctionKind::Jacobian,

@@ -22,6 +22,7 @@ use crate::decomposition::Decomposition;
 use crate::linear::{add_scaled, copy, max_abs};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
+use crate::reduction::Correction;
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
@@ -91,7 +92,7 @@ fn project_within<Y: Mechanism>(
     let projected = if dimensions.loops + dimensions.drives == 0 {
         Projected { residual: Y::Scalar::ZERO, rank: 0 }
     } else {
-        match directly(system, q, u, enough, workspace)? {
+        match directly(system, t, q, u, enough, workspace)? {
             Some(projected) => projected,
             None => generally(system, t, q, u, workspace)?,
         }
@@ -113,7 +114,7 @@ pub(crate) fn project_stage<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
 ) -> Result<(), Error> {
     check(system, workspace, &[q.len()], &[u.len()])?;
-    if directly(system, q, u, closed_to_rounding(system), workspace)?.is_some() {
+    if directly(system, t, q, u, closed_to_rounding(system), workspace)?.is_some() {
         return Ok(());
     }
     let (mut closure, previous) = GaussNewton::new(system, t, q, u, workspace)?;
@@ -151,26 +152,32 @@ fn generally<Y: Mechanism>(
 #[inline]
 fn directly<Y: Mechanism>(
     system: &Y,
+    t: Y::Scalar,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
     enough: Y::Scalar,
     mut workspace: &mut [Y::Scalar],
 ) -> Result<Option<Projected<Y::Scalar>>, Error> {
     let Dimensions { coordinates, speeds: n, rank, loops, drives, .. } = system.dimensions();
-    if drives != 0 {
+    if drives != 0 && system.reduction().is_none() {
         return Ok(None);
     }
-    let residual = split(&mut workspace, 9 * loops)?;
+    let residual = split(&mut workspace, 9 * loops + drives)?;
     let positions = split(&mut workspace, n)?;
     let speeds = split(&mut workspace, n)?;
     let given = split(&mut workspace, coordinates)?;
+    let mut rest = &mut *workspace;
+    let mut correction = Correction::of(system, &mut rest)?;
     copy(given, q)?;
     let acceptable = acceptable_residual(system);
     let mut before = None;
     for _ in 0..PROJECTION_STEPS {
         let out = ProjectionMut { residual, positions, speeds };
-        let margin = system.write_projection(q, u, out)?;
-        if !holds(margin) {
+        let is_trusted = match &mut correction {
+            Some(correction) => correction.write(system, (t, q, u), out)?,
+            None => holds(system.write_projection(q, u, out)?),
+        };
+        if !is_trusted {
             break;
         }
         // Written so that NaN is not closed.
@@ -183,12 +190,15 @@ fn directly<Y: Mechanism>(
             || (is_last && within(residual, closed(system)))
         {
             subtract(u, speeds)?;
-            return Ok(Some(Projected { residual: size, rank }));
+            return Ok(Some(Projected { residual: size, rank: rank + drives }));
         }
         if is_last {
             break;
         }
         before = Some(size);
+        if let Some(correction) = correction.as_mut().filter(|_| !(size <= acceptable)) {
+            correction.forget();
+        }
         positions.iter_mut().for_each(|step| *step = -*step);
         system.advance(q, positions);
     }

@@ -140,5 +140,12 @@ PRIVATE int accelerate(real t, const real *q, const real *u, const parameters *p
         return status_ok;
     }
 #endif
+#if IS_REDUCED
+    if (!multipliers && accelerate_reduced(t, q, u, p, in, acceleration)) {
+        if (open)
+            *open = 0;
+        return status_ok;
+    }
+#endif
     return accelerate_generally(t, q, u, p, in, acceleration, open, multipliers);
 }

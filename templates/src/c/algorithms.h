@@ -97,6 +97,14 @@ PRIVATE int solve_passing(real t, const real *q, const real *u, const parameters
     const real *mass, real gap, real zone, const real *y, real *push);
 #endif
 
+#if IS_REDUCED
+/* reduction.c */
+PRIVATE int accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
+    const inputs *in, real *acceleration);
+PRIVATE int correct_reduced(struct reduction *reduction, int is_known, real t, const real *q,
+    const real *u, const parameters *p, const inputs *in, real *residual, real *positions, real *speeds);
+#endif
+
 /* acceleration.c */
 PRIVATE int holds(const real margin[2]);
 PRIVATE int status_of_mass(const real *mass, int pivot, const real *q, const real *u);

@@ -89,30 +89,47 @@ static int status_of_residual(const struct constraints *constraints)
 #endif
     return status_not_closed;
 }
-#if PROJECTION_IS_DIRECT
+#if PROJECTION_IS_DIRECT || IS_REDUCED
 
-/* By elimination in straight-line code, where that holds and closes the loops; otherwise q and u stay as
- * they are, and the result is 0. In a rounded drawing, rows that follow from others may remain open a little
+/* By elimination in straight-line code or by independent speeds, where that holds and closes the loops; otherwise q and
+ * u stay as they are, and the result is 0. In a rounded drawing, rows that follow from others may remain open a little
  * when the others are closed: where the correction of q is less than rounding. */
-static int move_directly(real *q, real *u, const parameters *p)
+static int move_directly(real t, real *q, real *u, const parameters *p, const inputs *in)
 {
-    real residual[LOOP_RESIDUALS], positions[SPEEDS], speeds[SPEEDS], margin[2];
+    real residual[RESIDUALS], positions[SPEEDS], speeds[SPEEDS];
     real previous[COORDINATES], before = 0;
+#if IS_REDUCED
+    struct reduction reduction;
+    int is_known = 0;
+#else
+    real margin[2];
+    (void)t, (void)in;
+#endif
     copy(previous, q, COORDINATES);
     for (int i = 0; i < PROJECTION_STEPS; i++) {
         real largest;
+        int is_trusted;
+#if IS_REDUCED
+        is_trusted
+            = correct_reduced(&reduction, is_known, t, q, u, p, in, residual, positions, speeds);
+#else
         projection_of(q, u, p, residual, positions, speeds, margin);
-        largest = largest_magnitude(residual, LOOP_RESIDUALS);
-        if (holds(margin)
+        is_trusted = holds(margin);
+#endif
+        largest = largest_magnitude(residual, RESIDUALS);
+        if (is_trusted
             && (largest <= closed()
                 || (largest <= ACCEPTABLE * MECHANISM_SIZE
                     && MECHANISM_SIZE * largest_magnitude(positions, SPEEDS) <= closed()))) {
             add_scaled(u, -1, speeds, SPEEDS);
             return 1;
         }
-        if (!holds(margin) || !(i == 0 || largest + largest < before))
+        if (!is_trusted || !(i == 0 || largest + largest < before))
             break;
         before = largest;
+#if IS_REDUCED
+        is_known = largest <= ACCEPTABLE * MECHANISM_SIZE;
+#endif
 #if FREE_COUNT > 0
         add_step(q, -1, positions);
 #else
@@ -190,8 +207,8 @@ PRIVATE int close_state(real t, real *q, real *u, const parameters *p, const inp
     struct constraints constraints;
     real largest;
     int status;
-#if PROJECTION_IS_DIRECT
-    if (move_directly(q, u, p))
+#if PROJECTION_IS_DIRECT || IS_REDUCED
+    if (move_directly(t, q, u, p, in))
         return all_finite(q, COORDINATES) && all_finite(u, SPEEDS) ? status_ok : status_not_finite;
 #endif
     status = set_metric(&constraints, t, q, u, p, in);

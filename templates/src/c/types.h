@@ -33,3 +33,19 @@ struct search {
     real last_q[COORDINATES], last_step[SPEEDS]; /* the last slide began here, along this step */
 };
 #endif
+#if IS_REDUCED
+/* The numbers of a velocity or a momentum. */
+enum { parts = 6 };
+
+/* What the mechanism writes for a solution by independent speeds, and the matrices of these. */
+struct reduction {
+    real axes[BRANCHES][parts]; /* s: direction, and its moment about the origin of the base frame */
+    real momenta[BRANCHES][parts]; /* F: moment and force */
+    real rotors[BRANCHES];
+    real coefficients[COEFFICIENTS];
+    real largest[1]; /* inverse pivot of the closure */
+    real null_space[BRANCHES][INDEPENDENT]; /* N */
+    real products[BRANCHES][INDEPENDENT]; /* M N */
+    real inertia[INDEPENDENT * INDEPENDENT]; /* factor of N^T M N */
+};
+#endif

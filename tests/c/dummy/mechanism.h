@@ -105,6 +105,22 @@ void closure_of(const real *q, const parameters *p, real *residual, real *jacobi
 extern const int driven[DRIVES];
 void drives_of(real t, const parameters *p, const inputs *in, real *drive);
 #endif
+#if IS_REDUCED
+/* Every hinge turns a rotor, and nothing else has mass. The loop leaves one speed. */
+#define BRANCHES 3
+#define DEPTH 3
+#define INDEPENDENT 1
+#define DEPENDENT 2
+#define COEFFICIENTS 2
+extern const unsigned short branch_joints[BRANCHES], branch_depths[BRANCHES];
+extern const unsigned short independent_branches[INDEPENDENT];
+extern const unsigned short dependent_branches[DEPENDENT], dependent_terms[DEPENDENT];
+extern const unsigned short columns[COEFFICIENTS];
+void reduction_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *axes,
+    real *momenta, real *rotors, real *coefficients, real *largest, real *given, real *forces);
+void projection_reduction_of(const real *q, const real *u, const parameters *p, real *axes, real *momenta,
+    real *rotors, real *coefficients, real *largest, real *residual, real *positions, real *speeds);
+#endif
 #if ACCELERATION_IS_DIRECT
 void acceleration_of(real t, const real *q, const real *u, const parameters *p, const inputs *in,
     real *acceleration, real *margin);

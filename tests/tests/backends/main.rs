@@ -14,6 +14,7 @@ mod lanes;
 mod machine_code;
 mod parametric;
 mod readable;
+mod reduction;
 mod reserved;
 mod selections;
 mod serialised;

@@ -6,11 +6,12 @@ use std::f64::consts::{PI, TAU};
 
 use lamc_runtime::constants::Constant;
 use lamc_templates::c;
+use serde::Serialize;
 use tera::Context;
 
 use super::Real;
 use super::body::constant;
-use crate::program::{FreeBodyInfo, Interface, JointInfo, Program};
+use crate::program::{FreeBodyInfo, Interface, JointInfo, Program, ReductionInfo};
 use crate::source::free::SPEEDS;
 
 /// Adds the algorithms, the constants, and the mechanism's numbers to the template context.
@@ -28,15 +29,44 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, constants: &
     context.insert("size", &constant(real, interface.size));
     context.insert("full_turn", &constant(real, TAU));
     insert_state(context, interface, real);
+    context.insert("reduction", &program.reduction().map(Pattern::of));
 
     let pasted = |file| pasted(file, interface);
     let numbers = pasted(c::NUMBERS);
-    let algorithms: Vec<String> = needed(interface).into_iter().map(pasted).collect();
+    let algorithms: Vec<String> = needed(program).into_iter().map(pasted).collect();
     let named: BTreeSet<&str> = algorithms.iter().flat_map(|text| identifiers(text)).collect();
     let constants = constants.iter().filter(|constant| named.contains(constant.name));
     context.insert("constants", &super::constants(constants, real));
     context.insert("numbers", &numbers);
     context.insert("algorithms", &algorithms);
+}
+
+/// A reduction to independent speeds, as arrays.
+#[derive(Serialize)]
+struct Pattern<'a> {
+    depth: usize,
+    branch_joints: Vec<u16>,
+    branch_depths: Vec<u16>,
+    independent_branches: &'a [u16],
+    dependent_branches: Vec<u16>,
+    dependent_terms: Vec<u16>,
+    columns: &'a [u16],
+}
+
+impl<'a> Pattern<'a> {
+    fn of(reduction: &'a ReductionInfo) -> Self {
+        let (branch_joints, branch_depths) = reduction.branches.iter().copied().unzip();
+        let (dependent_branches, dependent_terms) = reduction.dependent.iter().copied().unzip();
+        Self {
+            depth: reduction.depth(),
+            branch_joints,
+            branch_depths,
+            independent_branches: &reduction.independent,
+            dependent_branches,
+            dependent_terms,
+            columns: &reduction.columns,
+        }
+    }
 }
 
 /// Adds the initial state, the limits of the joints, and the list of driven joints.
@@ -81,7 +111,8 @@ pub fn library(interface: &Interface) -> impl Iterator<Item = &'static str> {
 }
 
 /// Returns the C files that a mechanism needs, each after the files whose functions it calls.
-fn needed(interface: &Interface) -> Vec<&'static str> {
+fn needed(program: &Program) -> Vec<&'static str> {
+    let interface = &program.interface;
     let (loops, drives) = (!interface.loops.is_empty(), !interface.driven().is_empty());
     let constrained = loops || drives;
     let mut files = vec![c::TYPES, c::LINEAR_ALGEBRA, c::CHOLESKY];
@@ -90,6 +121,9 @@ fn needed(interface: &Interface) -> Vec<&'static str> {
     }
     if constrained {
         files.extend([c::PSEUDOINVERSE, c::INDEPENDENT, c::RANK, c::CLOSURE_ROWS, c::PASSAGE]);
+    }
+    if program.reduction().is_some() {
+        files.push(c::REDUCTION);
     }
     files.push(c::ACCELERATION);
     if drives {
@@ -140,8 +174,9 @@ fn without_free(file: &str) -> String {
 
 /// Returns all identifiers in the C files from which a module is assembled: macros, functions and
 /// types.
-pub fn words(interface: &Interface) -> BTreeSet<String> {
-    let files = needed(interface).into_iter().chain([c::NUMBERS, lamc_templates::C_SOURCE]);
+pub fn words(program: &Program) -> BTreeSet<String> {
+    let interface = &program.interface;
+    let files = needed(program).into_iter().chain([c::NUMBERS, lamc_templates::C_SOURCE]);
     let texts: Vec<String> = files.map(|file| pasted(file, interface)).collect();
     let constants = lamc_runtime::constants::ALL.iter().map(|constant| constant.name);
     let words = texts.iter().flat_map(|text| identifiers(text)).chain(constants);

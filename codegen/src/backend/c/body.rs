@@ -104,12 +104,13 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
     let switches = [
         Switch::new("ACCELERATION_IS_DIRECT", offers(FunctionKind::Acceleration)),
         Switch::new("PROJECTION_IS_DIRECT", offers(FunctionKind::Projection)),
+        Switch::new("IS_REDUCED", program.reduction().is_some()),
         Switch::new("USES_MINIMUM", uses(|op| matches!(op, Op::Min(..)))),
         Switch::new("USES_MAXIMUM", uses(|op| matches!(op, Op::Max(..)))),
         Switch::new("USES_STEP", uses(|op| matches!(op, Op::Step(_)))),
     ];
     context.insert("switches", &switches);
-    let words = words(&program.interface);
+    let words = words(program);
     let words = words.iter().map(String::as_str);
     let reserved = words.chain(identifiers(header)).map(str::to_ascii_lowercase);
     let reserved: Vec<String> = reserved.collect();
@@ -141,7 +142,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
 }
 
 /// The functions that the algorithms of a C module call.
-const KINDS: [FunctionKind; 14] = [
+const KINDS: [FunctionKind; 16] = [
     FunctionKind::Drawing,
     FunctionKind::Equations,
     FunctionKind::Closure,
@@ -154,6 +155,8 @@ const KINDS: [FunctionKind; 14] = [
     FunctionKind::Control,
     FunctionKind::Acceleration,
     FunctionKind::Projection,
+    FunctionKind::Reduction,
+    FunctionKind::ProjectionReduction,
     FunctionKind::Jacobian,
     FunctionKind::JacobianParams,
 ];

@@ -34,10 +34,18 @@ pub fn header(program: &Program, options: &Options) -> String {
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
     let cost = |f: &Function| Cost { name: f.kind.name(), cost: f.cost().to_string() };
-    // Only mechanisms with contacts have gaps, only those with controllers have control, and only some drawings
-    // have parameters.
-    let is_rare =
-        |kind| matches!(kind, FunctionKind::Gaps | FunctionKind::Control | FunctionKind::Drawing);
+    // Only mechanisms with contacts have gaps, only those with controllers have control, only some drawings have
+    // parameters, and only some accelerations a reduction.
+    let is_rare = |kind| {
+        matches!(
+            kind,
+            FunctionKind::Gaps
+                | FunctionKind::Control
+                | FunctionKind::Drawing
+                | FunctionKind::Reduction
+                | FunctionKind::ProjectionReduction
+        )
+    };
     let is_written = |f: &&Function| {
         options.functions.contains(f.kind) && !(is_rare(f.kind) && f.outputs.is_empty())
     };

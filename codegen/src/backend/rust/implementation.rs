@@ -8,6 +8,7 @@ use super::ScalarChoice;
 use super::body::constant;
 use super::contacts::contacts;
 use super::items::{FieldNames, Syntax, allowances, model, needs_marker, number};
+use super::reduction;
 use super::solutions::{solutions, writers};
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, JointInfo, Program};
@@ -162,12 +163,13 @@ fn dimensions(program: &Program) -> TokenStream {
             interface.inputs.len(),
         ]
         .map(number);
+    let reduction = reduction::sizes(program);
     quote! {
         const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions =
             ::lamc_runtime::plumbing::Dimensions {
                 coordinates: #nq, speeds: #nu, joints: #joints, rows: #rows, rank: #rank, loops: #loops,
                 bodies: #bodies, points: #points, contacts: #contacts, drives: #drives,
-                parameters: #parameters, inputs: #inputs,
+                parameters: #parameters, inputs: #inputs, reduction: #reduction,
             };
     }
 }

@@ -14,6 +14,7 @@ mod items;
 mod mechanism;
 mod methods;
 mod numbered;
+mod reduction;
 mod sizes;
 mod solutions;
 mod straight_line;

@@ -3,6 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
+use super::reduction;
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, Program};
 
@@ -10,6 +11,7 @@ use crate::program::{FunctionKind, Program};
 pub fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> TokenStream {
     let mut functions = writers(program, scalar, zero);
     let margin = margin(scalar);
+    functions.extend(reduction::methods(program, scalar));
     if has(program, FunctionKind::Jacobian) {
         let jacobian = method(FunctionKind::Jacobian);
         functions.extend(quote! {

@@ -1,7 +1,7 @@
 //! Elimination of the closure with chosen pivots: N and p of a = N y + p.
 
 use crate::program::{Phase, Section};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::kane::binder::Binder;
 use crate::kane::closure::Closure;
@@ -17,7 +17,10 @@ pub struct Elimination {
     inverse_pivots: Vec<Expr>,
     /// Multiples of an earlier pivot row that were taken from each pivot row: its place and the factor.
     factors: Vec<Vec<(usize, Expr)>>,
-    /// N, by speed, one number per independent joint; free bodies, which the closure leaves out, have zeros.
+    /// Length of u.
+    speeds: usize,
+    /// N, by speed, one number per independent joint; free bodies, which the closure leaves out, have zeros. Empty
+    /// until [`with_null_space`](Self::with_null_space).
     pub null_space: Vec<Vec<Expr>>,
 }
 
@@ -53,10 +56,38 @@ impl Elimination {
             }
             inverse_pivots.push(inverse);
         }
-        let mut elimination =
-            Self { rows: waiting, inverse_pivots, factors, null_space: Vec::new() };
-        elimination.null_space = elimination.null_space(binder, reduction, n);
-        elimination
+        Self { rows: waiting, inverse_pivots, factors, speeds: n, null_space: Vec::new() }
+    }
+
+    /// Derives N.
+    pub fn with_null_space(mut self, binder: &mut Binder, reduction: &Reduction) -> Self {
+        self.null_space = self.null_space(binder, reduction);
+        self
+    }
+
+    /// Returns the dependent joints, each after those that its speed follows from: minus 1 / pivot times the sum of the
+    /// entries of its row times the speeds of their columns.
+    pub fn rows(&self) -> impl Iterator<Item = (JointId, &Expr, &BTreeMap<usize, Expr>)> {
+        let rows = self.rows.iter().zip(&self.inverse_pivots).rev();
+        rows.map(|((pivot, row), inverse)| (pivot.joint, inverse, row))
+    }
+
+    /// Returns for each joint the independent joints that move it.
+    fn movers(&self, reduction: &Reduction) -> Vec<BTreeSet<usize>> {
+        let mut movers = vec![BTreeSet::new(); self.speeds];
+        for joint in &reduction.independent {
+            movers[joint.index()].insert(joint.index());
+        }
+        for (joint, _, row) in self.rows() {
+            let of_row = row.keys().flat_map(|column| movers[*column].iter().copied());
+            movers[joint.index()] = of_row.collect();
+        }
+        movers
+    }
+
+    /// Returns the number of products of two entries of N for the same joint: what N^T M N costs, but for a factor.
+    pub fn pairs(&self, reduction: &Reduction) -> usize {
+        self.movers(reduction).iter().map(|movers| movers.len() * (movers.len() + 1) / 2).sum()
     }
 
     /// Returns the pivots in their order, with their inverses.
@@ -69,16 +100,14 @@ impl Elimination {
         &self.null_space[joint.index()]
     }
 
-    fn null_space(&self, binder: &mut Binder, reduction: &Reduction, n: usize) -> Vec<Vec<Expr>> {
+    fn null_space(&self, binder: &mut Binder, reduction: &Reduction) -> Vec<Vec<Expr>> {
         let d = reduction.independent.len();
-        let mut table = vec![vec![Expr::zero(); d]; n];
+        let mut table = vec![vec![Expr::zero(); d]; self.speeds];
         for (k, joint) in reduction.independent.iter().enumerate() {
             table[joint.index()][k] = Expr::one();
         }
         let section = Section::mechanism(Phase::NullSpace);
-        for ((Pivot { joint, .. }, row), inverse) in
-            self.rows.iter().zip(&self.inverse_pivots).rev()
-        {
+        for (joint, inverse, row) in self.rows() {
             let mut speed = |k: usize| {
                 let terms = row.iter().map(|(column, value)| value * &table[*column][k]);
                 let sum = terms.fold(Expr::zero(), |sum, term| &sum - &term);
@@ -101,7 +130,7 @@ impl Elimination {
             }
             right.push(binder.bind(section, format!("{name}_row{row}"), sum));
         }
-        let mut solution = vec![Expr::zero(); self.null_space.len()];
+        let mut solution = vec![Expr::zero(); self.speeds];
         for (at, (Pivot { joint, .. }, row)) in self.rows.iter().enumerate().rev() {
             let mut sum = right[at].clone();
             for (&column, value) in row {

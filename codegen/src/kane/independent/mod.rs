@@ -24,10 +24,15 @@ mod elimination;
 mod factor;
 mod free;
 mod inertia;
+mod terms;
 
-use self::elimination::{Elimination, transposed};
+use lamc_runtime::constants::WEIGHT_OF_ENTRY;
+
+pub use self::elimination::Elimination;
+use self::elimination::transposed;
 use self::free::FreeInertia;
 use self::inertia::Inertia;
+pub use self::terms::Parts;
 use super::binder::Binder;
 use super::closure::Closure;
 use super::forces::{along_speeds, gathered};
@@ -43,9 +48,6 @@ use crate::program::{Phase, Section};
 use crate::source::free::SPEEDS;
 use crate::symbolic::{Expr, Function};
 use crate::topology::{NodeId, Pivot, Reduction};
-
-/// Entries of N whose size makes a margin as small as a pivot of a hundredth: 20.
-const GROWTH: f64 = 5.0;
 
 /// Results of the reduction; see [`Reduced`](super::Reduced) for shapes.
 pub struct IndependentSpeeds {
@@ -67,8 +69,13 @@ pub struct Phases<'a> {
 
 impl IndependentSpeeds {
     /// Derives the reduction.
-    pub fn new(binder: &mut Binder, phases: &Phases, reduction: &Reduction) -> Self {
-        let elimination = Elimination::new(binder, phases.closure, reduction);
+    pub fn new(
+        binder: &mut Binder,
+        phases: &Phases,
+        reduction: &Reduction,
+        elimination: Elimination,
+    ) -> Self {
+        let elimination = elimination.with_null_space(binder, reduction);
         match binder.mechanism().free.is_empty() {
             true => Self::of_joints(binder, phases, &elimination),
             false => Self::with_free_bodies(binder, phases, &elimination),
@@ -183,12 +190,7 @@ fn conditioning(binder: &mut Binder, closure: &Closure, elimination: &Eliminatio
     if topology.loops.is_empty() {
         return Expr::one();
     }
-    let mut sizes = Vec::new();
-    for (Pivot { row, .. }, inverse) in elimination.pivots() {
-        let closed = &topology.loops[closure.rows()[row].closed.index()];
-        let length = binder.constant((closed.points[1] - closed.points[0]).norm());
-        sizes.push(Expr::apply(Function::Abs, &[&length * inverse]));
-    }
+    let sizes = inverse_pivots(binder, closure, elimination);
     let phase = Phase::EliminationMargin;
     let smallest = folded(binder, phase, Function::Max, "inverse_pivot", sizes);
     let entries = elimination.pivots().flat_map(|(pivot, _)| elimination.speeds_by(pivot.joint));
@@ -196,9 +198,21 @@ fn conditioning(binder: &mut Binder, closure: &Closure, elimination: &Eliminatio
     let sizes =
         entries.map(|entry| Expr::apply(Function::Abs, std::slice::from_ref(entry))).collect();
     let largest = folded(binder, phase, Function::Max, "entry", sizes);
-    let largest = &binder.constant(GROWTH) * &largest;
+    let largest = &binder.constant(WEIGHT_OF_ENTRY) * &largest;
     let worst = folded(binder, phase, Function::Max, "worst", vec![smallest, largest]);
     worst.power(-2)
+}
+
+/// Returns the magnitudes of the inverse pivots times the lengths of their loops.
+fn inverse_pivots(binder: &mut Binder, closure: &Closure, elimination: &Elimination) -> Vec<Expr> {
+    let topology = binder.topology();
+    let mut sizes = Vec::new();
+    for (Pivot { row, .. }, inverse) in elimination.pivots() {
+        let closed = &topology.loops[closure.rows()[row].closed.index()];
+        let length = binder.constant((closed.points[1] - closed.points[0]).norm());
+        sizes.push(Expr::apply(Function::Abs, &[&length * inverse]));
+    }
+    sizes
 }
 
 /// Binds the largest or smallest of several values, step by step.

@@ -1,7 +1,8 @@
 //! A program as a mechanism of the runtime.
 
 use lamc_runtime::plumbing::{
-    Balance, Dimensions, Drive, EquationsMut, GapsMut, Margin, ProjectionMut, workspace_len,
+    Balance, Dimensions, Drive, EquationsMut, GapsMut, Margin, ProjectionMut, Reduction,
+    ReductionMut, ReductionSizes, workspace_len,
 };
 use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body};
 
@@ -32,6 +33,14 @@ impl<E: Engine> Mechanism for Executable<E> {
             coordinates: interface.coordinates(),
             speeds: interface.speeds(),
             joints: interface.joints.len(),
+            reduction: interface.reduction.as_ref().map_or(ReductionSizes::NONE, |reduction| {
+                ReductionSizes {
+                    branches: reduction.branches.len(),
+                    depth: reduction.depth(),
+                    independent: reduction.independent.len(),
+                    coefficients: reduction.columns.len(),
+                }
+            }),
         }
     }
 
@@ -192,6 +201,46 @@ impl<E: Engine> Mechanism for Executable<E> {
         let ProjectionMut { residual, positions, speeds } = out;
         let at = State { q, u, ..State::default() };
         self.solve(FunctionKind::Projection, at, &mut [residual, positions, speeds])
+    }
+
+    fn reduction(&self) -> Option<Reduction<'_>> {
+        let reduction = self.interface.reduction.as_ref();
+        let reduction = reduction.filter(|_| self.has(FunctionKind::Reduction))?;
+        Some(Reduction {
+            branches: &self.branches,
+            independent: &reduction.independent,
+            dependent: &self.dependent,
+            columns: &reduction.columns,
+        })
+    }
+
+    fn write_reduction(
+        &self,
+        t: f64,
+        q: &[f64],
+        u: &[f64],
+        out: ReductionMut<'_, f64>,
+        given: &mut [f64],
+        forces: &mut [f64],
+    ) -> Result<(), Error> {
+        let ReductionMut { axes, momenta, rotors, coefficients, largest } = out;
+        let at = State { t, q, u, ..State::default() };
+        let out = &mut [axes, momenta, rotors, coefficients, largest, given, forces];
+        self.evaluate(FunctionKind::Reduction, at, out)
+    }
+
+    fn write_projection_reduction(
+        &self,
+        q: &[f64],
+        u: &[f64],
+        out: ReductionMut<'_, f64>,
+        closing: ProjectionMut<'_, f64>,
+    ) -> Result<(), Error> {
+        let ReductionMut { axes, momenta, rotors, coefficients, largest } = out;
+        let ProjectionMut { residual, positions, speeds } = closing;
+        let at = State { q, u, ..State::default() };
+        let out = &mut [axes, momenta, rotors, coefficients, largest, residual, positions, speeds];
+        self.evaluate(FunctionKind::ProjectionReduction, at, out)
     }
 
     fn write_jacobian(

@@ -4,7 +4,7 @@
 mod controlled;
 mod mechanism;
 
-use lamc_runtime::plumbing::Margin;
+use lamc_runtime::plumbing::{Branch, Dependent, Margin};
 use lamc_runtime::{Change, Error};
 
 use super::argument::Argument;
@@ -26,6 +26,8 @@ pub struct Executable<E> {
     /// The numbers that follow from the parameters alone.
     drawing: Vec<f64>,
     inputs: Vec<f64>,
+    branches: Vec<Branch>,
+    dependent: Vec<Dependent>,
 }
 
 /// The arguments of a function; those that it does not read may be empty.
@@ -45,12 +47,17 @@ impl<E: Engine> Executable<E> {
     pub fn new(program: &Program) -> Self {
         let interface = program.interface.clone();
         let written = program.functions.iter().filter(|function| !function.outputs.is_empty());
+        let reduction = interface.reduction.iter();
+        let branches = reduction.clone().flat_map(|reduction| &reduction.branches);
+        let dependent = reduction.flat_map(|reduction| &reduction.dependent);
         let mut executable = Self {
             functions: written.map(|function| function.kind).collect(),
             engine: E::new(program),
             parameters: interface.parameters.iter().map(|p| p.value).collect(),
             drawing: vec![0.0; interface.drawn],
             inputs: vec![0.0; interface.inputs.len()],
+            branches: branches.map(|&(joint, depth)| Branch { joint, depth }).collect(),
+            dependent: dependent.map(|&(branch, terms)| Dependent { branch, terms }).collect(),
             interface,
         };
         executable.draw();

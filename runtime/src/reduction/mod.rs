@@ -1,0 +1,360 @@
+//! Acceleration and projection by independent speeds: of mechanisms that have many of them, or driven joints.
+//!
+//! ```text
+//! u = N y            N from the compiler's elimination of the closure
+//! du/dt = p + N a    H a = N^T (f - M p),  H = N^T M N
+//! x = p - N y        H y = N^T M p:  what closes the loops, J x = r, with the least x^T M x
+//! ```
+//!
+//! The mechanism writes what grows with its joints: the coefficients of the elimination, the hinges and what moves
+//! about them. The dense matrices of the independent speeds are the work of this module ([`inertia`]).
+//!
+//! Driven joints, which have a prescribed acceleration, are rows B of N with right-hand sides b:
+//!
+//! ```text
+//! B a = b    a = H^-1 (r + B^T mu),  B H^-1 B^T mu = b - B H^-1 r
+//! ```
+//!
+//! As elimination in straight-line code, this does not decide on the rank: where the pivots that the compiler
+//! chose do not suit a state, the caller does.
+
+mod inertia;
+
+use inertia::{Inertia, PARTS, inertia_len};
+
+use crate::acceleration::safe;
+use crate::constants::ORTHOGONAL_PASSES;
+use crate::linear::{add_scaled, backward, dot, factor, forward};
+use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
+use crate::workspace::split;
+use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar};
+
+/// How the speeds of a mechanism follow from those of its independent joints: the same at every state.
+///
+/// Joints are given by their place in `branches`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reduction<'a> {
+    /// The joints of the spanning tree: each is followed by all joints beyond it.
+    pub branches: &'a [Branch],
+    /// The joints whose speeds are independent.
+    pub independent: &'a [u16],
+    /// The other joints, each after those that its speed follows from.
+    pub dependent: &'a [Dependent],
+    /// The joints that the speeds of the dependent ones follow from, in the order of the coefficients.
+    pub columns: &'a [u16],
+}
+
+/// A joint of the spanning tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Branch {
+    /// Its place in q and u.
+    pub joint: u16,
+    /// The number of joints between it and the ground.
+    pub depth: u16,
+}
+
+/// A joint whose speed is a sum over other joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dependent {
+    /// The joint.
+    pub branch: u16,
+    /// The number of terms.
+    pub terms: u16,
+}
+
+impl Branch {
+    /// Joints with their depths.
+    #[must_use]
+    pub const fn all<const COUNT: usize>(pairs: [(u16, u16); COUNT]) -> [Self; COUNT] {
+        let mut all = [Self { joint: 0, depth: 0 }; COUNT];
+        let mut index = 0;
+        while index < COUNT {
+            let (joint, depth) = pairs[index];
+            all[index] = Self { joint, depth };
+            index += 1;
+        }
+        all
+    }
+}
+
+impl Dependent {
+    /// Joints with their numbers of terms.
+    #[must_use]
+    pub const fn all<const COUNT: usize>(pairs: [(u16, u16); COUNT]) -> [Self; COUNT] {
+        let mut all = [Self { branch: 0, terms: 0 }; COUNT];
+        let mut index = 0;
+        while index < COUNT {
+            let (branch, terms) = pairs[index];
+            all[index] = Self { branch, terms };
+            index += 1;
+        }
+        all
+    }
+}
+
+/// Sizes of a [`Reduction`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReductionSizes {
+    /// Joints of the tree.
+    pub branches: usize,
+    /// The greatest number of joints on the way from the ground.
+    pub depth: usize,
+    /// Independent joints.
+    pub independent: usize,
+    /// Coefficients.
+    pub coefficients: usize,
+}
+
+impl ReductionSizes {
+    /// Those of mechanisms that have no reduction.
+    pub const NONE: Self = Self { branches: 0, depth: 0, independent: 0, coefficients: 0 };
+}
+
+/// What the mechanism writes.
+pub(crate) struct Terms<'a, S> {
+    axes: &'a mut [S],
+    momenta: &'a mut [S],
+    rotors: &'a mut [S],
+    coefficients: &'a mut [S],
+    largest: &'a mut [S],
+}
+
+impl<'a, S> Terms<'a, S> {
+    pub fn of(sizes: ReductionSizes, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
+        Ok(Self {
+            axes: split(workspace, PARTS * sizes.branches)?,
+            momenta: split(workspace, PARTS * sizes.branches)?,
+            rotors: split(workspace, sizes.branches)?,
+            coefficients: split(workspace, sizes.coefficients)?,
+            largest: split(workspace, 1)?,
+        })
+    }
+
+    pub fn write(&mut self) -> ReductionMut<'_, S> {
+        let Self { axes, momenta, rotors, coefficients, largest } = self;
+        ReductionMut { axes, momenta, rotors, coefficients, largest }
+    }
+}
+
+/// The driven joints, as conditions on the independent speeds.
+struct Driven<'a, S> {
+    /// B, D x d; then L^-1 B^T by rows, where H = L L^T.
+    rows: &'a mut [S],
+    /// b, D.
+    wanted: &'a mut [S],
+    /// mu, D.
+    push: &'a mut [S],
+    /// B H^-1 B^T, D x D, and its factor.
+    inertia: &'a mut [S],
+}
+
+impl<'a, S: Scalar> Driven<'a, S> {
+    fn of(drives: usize, d: usize, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
+        Ok(Self {
+            rows: split(workspace, drives * d)?,
+            wanted: split(workspace, drives)?,
+            push: split(workspace, drives)?,
+            inertia: split(workspace, drives * drives)?,
+        })
+    }
+
+    /// Fills B and b: `wanted` is what the part N y of a driven joint has to be.
+    fn prescribe<Y: Mechanism<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        t: S,
+        inertia: &Inertia<'_, S>,
+        wanted: impl Fn(&Drive<S>) -> S,
+    ) -> Result<(), Error> {
+        let d = inertia.independent();
+        let mut places = self.rows.chunks_exact_mut(d.max(1)).zip(self.wanted.iter_mut());
+        let mut outcome = Ok(());
+        system.drives(t, |drive| {
+            if let (Some((row, value)), Ok(())) = (places.next(), outcome) {
+                *value = wanted(&drive);
+                outcome = inertia.row(drive.joint, row);
+            }
+        });
+        outcome
+    }
+
+    /// Fills the matrix with the scalar products of the rows, and factors it.
+    fn factored(&mut self, d: usize) -> bool {
+        let count = self.wanted.len();
+        let rows = || self.rows.chunks_exact(d.max(1));
+        for (row, entries) in rows().zip(self.inertia.chunks_exact_mut(count.max(1))) {
+            for (other, entry) in rows().zip(entries) {
+                *entry = dot(row, other);
+            }
+        }
+        factor(self.inertia, count).is_ok()
+    }
+
+    /// Whether the independent speeds can move each driven joint while those before it stay: by at least a hundredth of
+    /// themselves.
+    fn are_apart(&mut self, d: usize) -> bool {
+        let count = self.wanted.len();
+        self.factored(d) && {
+            let reciprocals = self.inertia.iter().step_by(count + 1);
+            let most = reciprocals.fold(S::ZERO, |most, &reciprocal| most.max(reciprocal));
+            S::ONE > safe::<S>() * most * most
+        }
+    }
+
+    /// z = L^-1 r becomes L^-1 (r + B^T mu), where L is the factor of H; returns whether that can be trusted.
+    ///
+    /// The mechanism's own acceleration, which drives are up against, may be many times what they prescribe. So what
+    /// rounding leaves of B y = b is taken away once more.
+    fn push(&mut self, lower: &[S], z: &mut [S]) -> bool {
+        let d = z.len();
+        if self.wanted.is_empty() {
+            return true;
+        }
+        let is_apart = self.are_apart(d);
+        self.rows.chunks_exact_mut(d.max(1)).for_each(|row| forward(lower, row));
+        if !is_apart || !self.factored(d) {
+            return false;
+        }
+        let rows = || self.rows.chunks_exact(d.max(1));
+        for _ in 0..ORTHOGONAL_PASSES {
+            for ((push, &wanted), row) in self.push.iter_mut().zip(&*self.wanted).zip(rows()) {
+                *push = wanted - dot(row, z);
+            }
+            forward(self.inertia, self.push);
+            backward(self.inertia, self.push);
+            for (&push, row) in self.push.iter().zip(rows()) {
+                add_scaled(z, push, row);
+            }
+        }
+        true
+    }
+}
+
+/// du/dt at (t, q, u) into `out`, where the mechanism has a reduction and that holds.
+pub(crate) fn accelerate<Y: Mechanism>(
+    system: &Y,
+    (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<Option<Constraint>, Error> {
+    let workspace = &mut &mut *workspace;
+    let Some(reduction) = system.reduction() else { return Ok(None) };
+    let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
+    let d = sizes.independent;
+    let mut terms = Terms::of(sizes, workspace)?;
+    let forces = split(workspace, n)?;
+    let a = split(workspace, d)?;
+    let mut driven = Driven::of(drives, d, workspace)?;
+    let mut inertia = Inertia::of(reduction, sizes, workspace)?;
+    system.write_reduction(t, q, u, terms.write(), out, forces)?;
+    if !inertia.fill(&terms)? {
+        return Ok(None);
+    }
+    inertia.reduce(forces, a)?;
+    driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
+        Some(&given) => drive.acceleration - given,
+        None => drive.acceleration,
+    })?;
+    if !inertia.solve(a, &mut driven) {
+        return Ok(None);
+    }
+    inertia.combine(Y::Scalar::ONE, a, out)?;
+    let is_good = out.iter().all(|x| x.is_finite());
+    Ok(is_good.then_some(Constraint::strong(rank + drives)))
+}
+
+/// What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u.
+pub(crate) struct Correction<'a, S> {
+    terms: Terms<'a, S>,
+    along: &'a mut [S],
+    driven: Driven<'a, S>,
+    inertia: Inertia<'a, S>,
+    /// Whether there are matrices of a state near enough.
+    is_known: bool,
+}
+
+impl<'a, S: Scalar> Correction<'a, S> {
+    /// Of a mechanism with a reduction.
+    pub fn of<Y: Mechanism<Scalar = S>>(
+        system: &'a Y,
+        workspace: &mut &'a mut [S],
+    ) -> Result<Option<Self>, Error> {
+        let Some(reduction) = system.reduction() else { return Ok(None) };
+        let Dimensions { reduction: sizes, drives, .. } = system.dimensions();
+        Ok(Some(Self {
+            terms: Terms::of(sizes, workspace)?,
+            along: split(workspace, sizes.independent)?,
+            driven: Driven::of(drives, sizes.independent, workspace)?,
+            inertia: Inertia::of(reduction, sizes, workspace)?,
+            is_known: false,
+        }))
+    }
+
+    /// The matrices are computed again at the next state.
+    pub fn forget(&mut self) {
+        self.is_known = false;
+    }
+
+    /// Writes what [`write_projection`](Mechanism::write_projection) does, the residuals followed by those of the
+    /// driven joints; returns whether that can be trusted. After the first state N and M are those of the first, which
+    /// changes only by what least change is measured.
+    pub fn write<Y: Mechanism<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        (t, q, u): (S, &[S], &[S]),
+        out: ProjectionMut<'_, S>,
+    ) -> Result<bool, Error> {
+        let ProjectionMut { mut residual, positions, speeds } = out;
+        let of_loops = split(&mut residual, 9 * system.dimensions().loops)?;
+        let terms = self.terms.write();
+        let at = ProjectionMut { residual: of_loops, positions, speeds };
+        system.write_projection_reduction(q, u, terms, at)?;
+        if !self.is_known && !self.inertia.fill(&self.terms)? {
+            return Ok(false);
+        }
+        self.is_known = true;
+        let mut of_drives = residual.iter_mut();
+        let size = system.size();
+        let of = |values: &[S], joint: usize| values.get(joint).copied().unwrap_or(S::ZERO);
+        system.drives(t, |drive| {
+            if let Some(residual) = of_drives.next() {
+                *residual = size * (of(q, drive.joint) - drive.position);
+            }
+        });
+        let too_far = |drive: &Drive<S>| of(q, drive.joint) - drive.position;
+        let too_fast = |drive: &Drive<S>| of(u, drive.joint) - drive.speed;
+        Ok(self.correct(system, t, positions, too_far)?
+            && self.correct(system, t, speeds, too_fast)?)
+    }
+
+    /// p becomes p - N y, where a driven joint gets its `excess`.
+    fn correct<Y: Mechanism<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        t: S,
+        p: &mut [S],
+        excess: impl Fn(&Drive<S>) -> S,
+    ) -> Result<bool, Error> {
+        let Self { along, driven, inertia, .. } = self;
+        inertia.momentum(p, along)?;
+        driven.prescribe(system, t, inertia, |drive| {
+            p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
+        })?;
+        let is_solved = inertia.solve(along, driven);
+        inertia.combine(-S::ONE, along, p)?;
+        Ok(is_solved)
+    }
+}
+
+/// Numbers that the algorithms of this module need.
+pub(crate) const fn reduction_len(dimensions: Dimensions) -> usize {
+    let Dimensions { reduction: sizes, coordinates, speeds, loops, drives, .. } = dimensions;
+    let ReductionSizes { branches, independent: d, coefficients, .. } = sizes;
+    if branches == 0 {
+        return 0;
+    }
+    let terms = (2 * PARTS + 1) * branches + coefficients + 1;
+    let driven = (drives + 1) * d + 2 * drives + drives * drives;
+    let state = 9 * loops + drives + 2 * speeds + coordinates;
+    terms + driven + state + inertia_len(sizes)
+}
