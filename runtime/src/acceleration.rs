@@ -151,6 +151,17 @@ pub(crate) fn direct<Y: Mechanism>(
     Ok(good.then_some(Constraint::strong(rank)))
 }
 
+/// du/dt at (t, q, u) with a workspace of its own. Most states need none: it stays out of the caller's frame, of which
+/// every page is touched at every call.
+#[inline(never)]
+pub(crate) fn with_workspace<Y: Mechanism>(
+    system: &Y,
+    (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    out: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    acceleration(system, t, q, u, system.workspace().as_mut(), out).map(|_| ())
+}
+
 /// du/dt at (t, q, u), and lambda if there is a place for it. Directions that have faded to less than
 /// `zone` of the strongest are taken along the motion; most states do not need this number.
 #[inline]

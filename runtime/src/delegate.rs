@@ -2,7 +2,7 @@
 
 use crate::plumbing::{
     Balance, Change, Dimensions, Drive, EquationsMut, GapsMut, JacobianMut, Margin, ProjectionMut,
-    Reduction, ReductionMut,
+    Reduction,
 };
 use crate::{Energy, Error, Mechanism, StateOf};
 
@@ -171,28 +171,8 @@ impl<D: Delegate> Mechanism for D {
     ) -> Result<Option<Margin<Self::Scalar>>, Error> {
         self.inner().write_projection(q, u, out)
     }
-    fn reduction(&self) -> Option<Reduction<'_>> {
+    fn reduction(&self) -> Option<Reduction<'_, Self::Scalar>> {
         self.inner().reduction()
-    }
-    fn write_reduction(
-        &self,
-        t: Self::Scalar,
-        q: &[Self::Scalar],
-        u: &[Self::Scalar],
-        out: ReductionMut<'_, Self::Scalar>,
-        given: &mut [Self::Scalar],
-        forces: &mut [Self::Scalar],
-    ) -> Result<(), Error> {
-        self.inner().write_reduction(t, q, u, out, given, forces)
-    }
-    fn write_projection_reduction(
-        &self,
-        q: &[Self::Scalar],
-        u: &[Self::Scalar],
-        out: ReductionMut<'_, Self::Scalar>,
-        closing: ProjectionMut<'_, Self::Scalar>,
-    ) -> Result<(), Error> {
-        self.inner().write_projection_reduction(q, u, out, closing)
     }
     fn write_jacobian(
         &self,

@@ -5,15 +5,13 @@
 //! J(q) du/dt = -gamma(q, u)                        closure, differentiated twice
 //! ```
 
-use crate::acceleration::direct;
+use crate::acceleration::{direct, with_workspace};
 use crate::assembly::assemble_pinned;
 use crate::plumbing::{
     Balance, Change, Dimensions, Drive, EquationsMut, GapsMut, JacobianMut, Margin, ProjectionMut,
-    Reduction, ReductionMut,
+    Reduction,
 };
-use crate::{
-    Energy, Equilibrium, Error, Momentum, Rk4, Scalar, StateOf, acceleration, equilibrium, project,
-};
+use crate::{Energy, Equilibrium, Error, Momentum, Rk4, Scalar, StateOf, equilibrium, project};
 
 /// A mechanism: its sizes, its equations, and everything that the algorithms of this crate make of them.
 ///
@@ -297,46 +295,9 @@ pub trait Mechanism: Sized {
         Ok(None)
     }
 
-    /// How the speeds follow from independent ones, if the module has that in place of straight-line code for
-    /// accelerations and projections. Provided: it has not.
-    fn reduction(&self) -> Option<Reduction<'_>> {
+    /// How the speeds follow from independent ones, in place of straight-line code. Provided: they do not.
+    fn reduction(&self) -> Option<Reduction<'_, Self::Scalar>> {
         None
-    }
-
-    /// What du/dt needs where there is a [`reduction`](Self::reduction): `given`, NU, solves the closure with zeros for
-    /// the independent joints; `forces`, NU, are f - M `given`. Provided: there is none.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Length`].
-    fn write_reduction(
-        &self,
-        t: Self::Scalar,
-        q: &[Self::Scalar],
-        u: &[Self::Scalar],
-        out: ReductionMut<'_, Self::Scalar>,
-        given: &mut [Self::Scalar],
-        forces: &mut [Self::Scalar],
-    ) -> Result<(), Error> {
-        let _ = (t, q, u, out, given, forces);
-        Err(Error::LeftOut { function: "reduction" })
-    }
-
-    /// The same for a projection: the residuals, and what solves the closure for them and for J u with zeros for the
-    /// independent joints. Provided: there is none.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Length`].
-    fn write_projection_reduction(
-        &self,
-        q: &[Self::Scalar],
-        u: &[Self::Scalar],
-        out: ReductionMut<'_, Self::Scalar>,
-        closing: ProjectionMut<'_, Self::Scalar>,
-    ) -> Result<(), Error> {
-        let _ = (q, u, out, closing);
-        Err(Error::LeftOut { function: "projection_reduction" })
     }
 
     /// du/dt and its derivatives, as [`write_acceleration`](Self::write_acceleration). Provided:
@@ -356,11 +317,8 @@ pub trait Mechanism: Sized {
         Ok(None)
     }
 
-    /// du/dt (NU) and its derivative by the parameters (NU x NPARAMS), as [`write_jacobian`](Self::write_jacobian).
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Length`].
+    /// du/dt (NU) and its derivative by the parameters (NU x NPARAMS), with the errors of
+    /// [`write_jacobian`](Self::write_jacobian).
     fn write_jacobian_params(
         &self,
         t: Self::Scalar,
@@ -415,7 +373,7 @@ pub trait Mechanism: Sized {
         let mut speeds = self.speeds();
         let (q, u, out) = (q.as_ref(), u.as_ref(), speeds.as_mut());
         if direct(self, (t, q, u), out)?.is_none() {
-            with_workspace(self, t, q, u, out)?;
+            with_workspace(self, (t, q, u), out)?;
         }
         Ok(speeds)
     }
@@ -439,17 +397,4 @@ pub trait Mechanism: Sized {
     fn step(&self, state: &mut StateOf<Self>, dt: Self::Scalar) -> Result<(), Error> {
         Rk4::new(self).step(self, state, dt)
     }
-}
-
-/// [`acceleration`](fn@crate::acceleration) for states that need a workspace. Most need none: it stays out of the caller's
-/// frame, of which every page is touched at every call.
-#[inline(never)]
-fn with_workspace<Y: Mechanism>(
-    system: &Y,
-    t: Y::Scalar,
-    q: &[Y::Scalar],
-    u: &[Y::Scalar],
-    out: &mut [Y::Scalar],
-) -> Result<(), Error> {
-    acceleration(system, t, q, u, system.workspace().as_mut(), out).map(|_| ())
 }

@@ -9,7 +9,7 @@ use crate::{Error, Scalar};
 pub use crate::arrays::{forces, jacobian, jacobian_params, motor_torques};
 pub use crate::integrate::rodasp;
 pub use crate::jacobian::{Change, JacobianMut};
-pub use crate::reduction::{Branch, Dependent, Reduction, ReductionSizes};
+pub use crate::reduction::{Branch, Dependent, Reduction, ReductionParts, ReductionSizes};
 pub use crate::workspace::workspace_len;
 
 /// Sizes of a mechanism.
@@ -92,9 +92,7 @@ pub struct ProjectionMut<'a, S> {
     pub speeds: &'a mut [S],
 }
 
-/// Where [`write_reduction`](crate::Mechanism::write_reduction) and
-/// [`write_projection_reduction`](crate::Mechanism::write_projection_reduction) write, for B branches of the
-/// [`Reduction`].
+/// Where [`ReductionParts`] are written, for B branches of the [`Reduction`].
 #[derive(Debug)]
 pub struct ReductionMut<'a, S> {
     /// The velocity of each branch's hinge at unit speed about the origin of the base frame, B x 6: the unit vector along the

@@ -29,7 +29,7 @@ from timing import measured
 CHAINS = [1, 2, 3, 6, 12, 24, 48, 96]
 # Kind, rows, columns.
 SHEETS = [("miura", n, n) for n in (3, 4, 6, 8, 12, 20)] + [
-    ("yoshimura", rows, columns) for rows, columns in ((4, 5), (8, 8), (12, 12))
+    ("yoshimura", rows, columns) for rows, columns in ((4, 5), (6, 6), (8, 8), (12, 12))
 ]
 STATES = 64
 # Of sheets, few: those of the largest take seconds each.

@@ -8,10 +8,10 @@ use super::binder::{Binder, Label};
 use super::closure::Closure;
 use super::contact::Gaps;
 use super::energy::Energy;
-use super::equations::{Equations, GapTrees, Leaf, Reduced, Terms};
+use super::equations::{Elimination, Equations, GapTrees, Leaf, Reduced, Terms};
 use super::forces::GeneralizedForces;
 use super::frame::Frames;
-use super::independent::{Elimination, IndependentSpeeds, Parts, Phases};
+use super::independent::{self, IndependentSpeeds, Parts, Phases};
 use super::inertia::Inertias;
 use super::inverse::{Given, InverseDynamics};
 use super::kinematics::Kinematics;
@@ -80,11 +80,8 @@ fn equations(
     };
     let (reduced, terms) = independent(b, &phases);
     let by_rows =
-        (reduced.is_none() && terms.is_none()) || is_eliminated_by_rows(topology, &closure);
-    let elimination = by_rows.then(|| {
-        let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);
-        bodies.elimination(b)
-    });
+        terms.is_none() && (reduced.is_none() || is_eliminated_by_rows(topology, &closure));
+    let elimination = by_rows.then(|| elimination(b, &phases, &given));
     defined(b)?;
     Ok(Equations {
         topology: topology.clone(),
@@ -115,6 +112,12 @@ fn equations(
         bindings: b.bindings(),
         facts: b.facts(),
     })
+}
+
+/// Derives the solution body by body.
+fn elimination(binder: &mut Binder, phases: &Phases, given: &Given) -> Elimination {
+    let Phases { kinematics, inertias, loads, closure, .. } = phases;
+    ArticulatedBodies::new(binder, kinematics, inertias, loads, closure, given).elimination(binder)
 }
 
 /// Derives the momenta of a mechanism with free bodies.
@@ -178,7 +181,7 @@ fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option
         // Without loops every joint is independent.
         let independent = (0..joints).map(JointId).collect();
         let reduction = Reduction { independent, pivots: Vec::new() };
-        let elimination = Elimination::new(binder, phases.closure, &reduction);
+        let elimination = independent::Elimination::new(binder, phases.closure, &reduction);
         return (Some(solved(binder, phases, &reduction, elimination)), None);
     }
     let is_driven = mechanism.joints.iter().any(|joint| joint.drive.is_some());
@@ -186,7 +189,7 @@ fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option
     let Some(reduction) = topology.reduction.as_ref().filter(|_| suits) else {
         return (None, None);
     };
-    let elimination = Elimination::new(binder, phases.closure, reduction);
+    let elimination = independent::Elimination::new(binder, phases.closure, reduction);
     let has_many = elimination.pairs(reduction) > MOST_PAIRS;
     if !has_free && !reduction.independent.is_empty() && (is_driven || has_many) {
         return (None, Some(parts(binder, phases, reduction, &elimination)));
@@ -198,7 +201,7 @@ fn solved(
     binder: &mut Binder,
     phases: &Phases,
     reduction: &Reduction,
-    elimination: Elimination,
+    elimination: independent::Elimination,
 ) -> Reduced {
     let reduced = IndependentSpeeds::new(binder, phases, reduction, elimination);
     Reduced {
@@ -214,7 +217,7 @@ fn parts(
     binder: &mut Binder,
     phases: &Phases,
     reduction: &Reduction,
-    elimination: &Elimination,
+    elimination: &independent::Elimination,
 ) -> Terms {
     let parts = Parts::new(binder, phases, reduction, elimination);
     Terms {

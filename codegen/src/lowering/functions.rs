@@ -5,7 +5,7 @@
 //! name. A sum is a chain of additions and subtractions, a product multiplies its numbers first
 //! and divides once.
 
-use crate::kane::{Elimination, Equations, Leaf, Reduced, Terms};
+use crate::kane::{Elimination, Equations, Leaf};
 use crate::program::{
     Array, Function, FunctionKind, Instruction, Interface, Op, Output, Phase, Section, Slot, Value,
 };
@@ -101,49 +101,6 @@ pub fn by_body(
     [function(equations, kind, &outputs), function(equations, kind, &substitution)]
 }
 
-/// The solution for independent speeds.
-pub fn reduced(equations: &Equations, reduced: &Reduced, kind: FunctionKind) -> Function {
-    let n = equations.mechanism().speeds();
-    match kind {
-        FunctionKind::Acceleration => {
-            let accelerations = reduced.accelerations.as_slice();
-            let margin = ("margin", 2, 1, reduced.margin.as_slice());
-            function(equations, kind, &[("acceleration", n, 1, accelerations), margin])
-        }
-        _ => {
-            let residual = ("residual", equations.residual.len(), 1, equations.residual.as_slice());
-            let positions = ("positions", n, 1, reduced.positions.as_slice());
-            let speeds = ("speeds", n, 1, reduced.speeds.as_slice());
-            let margin = ("margin", 2, 1, reduced.projection_margin.as_slice());
-            function(equations, kind, &[residual, positions, speeds, margin])
-        }
-    }
-}
-
-/// What the runtime needs to solve for independent speeds.
-pub fn terms(equations: &Equations, terms: &Terms, kind: FunctionKind) -> Function {
-    let n = equations.mechanism().speeds();
-    let branches = terms.pattern.branches.len();
-    let projects = kind == FunctionKind::ProjectionReduction;
-    let momenta = if projects { &terms.projection_momenta } else { &terms.momenta };
-    let mut outputs: Vec<(_, _, _, &[_])> = vec![
-        ("axes", branches, 6, &terms.axes),
-        ("momenta", branches, 6, momenta),
-        ("rotors", branches, 1, &terms.rotors),
-        ("coefficients", terms.coefficients.len(), 1, &terms.coefficients),
-        ("largest", 1, 1, &terms.largest),
-    ];
-    if projects {
-        outputs.push(("residual", equations.residual.len(), 1, &equations.residual));
-        outputs.push(("positions", n, 1, &terms.positions));
-        outputs.push(("speeds", n, 1, &terms.speeds));
-    } else {
-        outputs.push(("given", n, 1, &terms.given));
-        outputs.push(("forces", n, 1, &terms.forces));
-    }
-    function(equations, kind, &outputs)
-}
-
 /// How far the loops are open, and how fast they open.
 fn misfit(equations: &Equations) -> [(&'static str, usize, usize, &[Tree<Leaf>]); 3] {
     let (rows, loops) = (equations.gamma.len(), equations.topology.loops.len());
@@ -209,7 +166,7 @@ fn beside(name: &'static str, columns: &[Output]) -> Output {
 }
 
 /// The function with these outputs.
-fn function(
+pub fn function(
     equations: &Equations,
     kind: FunctionKind,
     outputs: &[(&'static str, usize, usize, &[Tree<Leaf>])],

@@ -4,6 +4,7 @@ use crate::program::{BodyInfo, ControllerInfo, FreeBodyInfo, Interface, JointInf
 use sha2::{Digest, Sha256};
 
 use crate::kane::Equations;
+use crate::laminate::Parameter;
 use crate::source::{Controller, JointId};
 
 /// The interface of a mechanism.
@@ -47,15 +48,7 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
             .flat_map(|contact| &contact.points)
             .map(|point| point.name.clone())
             .collect(),
-        parameters: mechanism
-            .parameters
-            .iter()
-            .map(|parameter| ParameterInfo {
-                name: parameter.name.clone(),
-                value: parameter.value,
-                doc: parameter.doc.clone(),
-            })
-            .collect(),
+        parameters: mechanism.parameters.iter().map(parameter).collect(),
         drawn: 0,
         inputs: mechanism.inputs.clone(),
         controllers: mechanism.controllers.iter().map(controller).collect(),
@@ -67,6 +60,11 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
         size: mechanism.size,
         reduction: equations.terms.as_ref().map(|terms| terms.pattern.clone()),
     }
+}
+
+fn parameter(parameter: &Parameter) -> ParameterInfo {
+    let Parameter { name, value, doc, .. } = parameter;
+    ParameterInfo { name: name.clone(), value: *value, doc: doc.clone() }
 }
 
 fn controller(controller: &Controller) -> ControllerInfo {

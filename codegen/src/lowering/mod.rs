@@ -15,6 +15,7 @@ mod eliminate;
 mod facts;
 mod fold;
 mod functions;
+mod independent;
 mod interface;
 mod labels;
 mod like_terms;

@@ -6,6 +6,7 @@ use super::differentiate::CHANGE_OF;
 use super::eliminate::{ByBody, ByEntry, Factor, Factors};
 use super::fold::{self, MINUS};
 use super::functions;
+use super::independent;
 use super::labels::{Called, Labels};
 use crate::kane::{Elimination, Equations};
 use crate::program::{Function, FunctionKind, Moving, Output, Phase, Slot, Value};
@@ -68,7 +69,7 @@ pub fn choices(equations: &Equations, tangent: &Function) -> Vec<Choice> {
     };
     let parts = |kind| {
         let function =
-            equations.terms.as_ref().map(|terms| functions::terms(equations, terms, kind));
+            equations.terms.as_ref().map(|terms| independent::terms(equations, terms, kind));
         Choice { kind, candidates: function.into_iter().collect(), most: usize::MAX }
     };
     let speeds = topology.mechanism.speeds();
@@ -95,7 +96,7 @@ pub fn choices(equations: &Equations, tangent: &Function) -> Vec<Choice> {
 fn candidates(equations: &Equations, kind: FunctionKind, regular: bool) -> Vec<Function> {
     let mut candidates = Vec::new();
     let reduced = equations.reduced.as_ref();
-    candidates.extend(reduced.map(|reduced| functions::reduced(equations, reduced, kind)));
+    candidates.extend(reduced.map(|reduced| independent::reduced(equations, reduced, kind)));
     let Some(elimination) = equations.elimination.as_ref().filter(|_| regular) else {
         return candidates;
     };

@@ -18,6 +18,7 @@ mod selection;
 mod serial;
 mod shape;
 mod signature;
+mod signatures;
 mod text;
 mod verify;
 
@@ -39,4 +40,5 @@ pub use selection::{Selection, UnknownFunction};
 pub use serial::{FORMAT_VERSION, ReadError};
 pub use shape::{Array, Shape, Size};
 pub use signature::*;
+pub use signatures::SIGNATURES;
 pub use verify::{VerifyError, verify, verify_function};

@@ -12,7 +12,7 @@
 use serde::{Deserialize, Deserializer, de};
 
 use super::ir::Program;
-use super::signature::SIGNATURES;
+use super::signatures::SIGNATURES;
 use super::verify::{VerifyError, verify};
 use crate::sealed::{Format, Unreadable};
 

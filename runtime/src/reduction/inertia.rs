@@ -1,36 +1,25 @@
 //! The dense matrices of the independent speeds: N, M N and H = N^T M N.
 //!
-//! M is never formed. With the hinge s_i of joint i as a velocity, and the momentum F_i of all that moves with it at
-//! unit speed, both about the origin of the base frame, M_ij = s_j . F_i for every joint j on the way to the ground
-//! (R. Featherstone, "Rigid Body Dynamics Algorithms", 2008, 6.2). So row i of M N needs two sums, of which one grows
-//! on the way out and the other on the way back:
-//!
-//! ```text
-//! V_i = V_parent + s_i N_i        P_i = sum_beyond F_j N_j        (M N)_i = F_i . V_i + s_i . P_i + rotor_i N_i
-//! ```
-//!
-//! That is 24 products for each joint and independent speed, however deep the tree is. H takes half a product for
-//! each joint and pair of independent speeds.
+//! M is never formed ([`sweep`](super::sweep)). H takes half a product for each joint and pair of independent speeds.
 //!
 //! Rows are blocks of [`LANES`] numbers, so that the compiler makes vector instructions of the inner loops.
 
-use super::{Branch, Driven, Reduction, ReductionSizes, Terms};
+use super::sweep::{PARTS, Sums};
+use super::{Driven, Reduction, ReductionSizes, Terms};
 use crate::acceleration::safe;
 use crate::constants::WEIGHT_OF_ENTRY;
-use crate::linear::{backward, factor, forward, rows_of, rows_of_mut};
+use crate::linear::{backward, copy, factor, forward, rows_of, rows_of_mut};
 use crate::workspace::split;
 use crate::{Error, Scalar};
 
 /// Numbers of a block.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// Rows of H to which products are added at once.
 const ROWS: usize = 4;
 
-/// Numbers of a velocity or a momentum: three of a turn and three of a displacement.
-pub(super) const PARTS: usize = 6;
-
-type Block<S> = [S; LANES];
+/// Neighbouring numbers of a row.
+pub(super) type Block<S> = [S; LANES];
 
 /// Blocks of a row of `d` numbers.
 const fn blocks(d: usize) -> usize {
@@ -39,17 +28,14 @@ const fn blocks(d: usize) -> usize {
 
 /// N, M N and the factor of H at a state.
 pub(super) struct Inertia<'a, S> {
-    reduction: Reduction<'a>,
+    reduction: Reduction<'a, S>,
     /// d, the number of independent speeds.
     independent: usize,
     /// N by branch.
     null_space: &'a mut [Block<S>],
     /// M N by branch.
     momenta: &'a mut [Block<S>],
-    /// V by depth.
-    outward: &'a mut [[Block<S>; PARTS]],
-    /// P by depth.
-    inward: &'a mut [[Block<S>; PARTS]],
+    sums: Sums<'a, S>,
     /// A row.
     row: &'a mut [Block<S>],
     /// Zero for a joint whose row of M N is zero: one that moves no mass.
@@ -70,7 +56,7 @@ pub(super) const fn inertia_len(sizes: ReductionSizes) -> usize {
 impl<'a, S: Scalar> Inertia<'a, S> {
     /// Room for it.
     pub fn of(
-        reduction: Reduction<'a>,
+        reduction: Reduction<'a, S>,
         sizes: ReductionSizes,
         workspace: &mut &'a mut [S],
     ) -> Result<Self, Error> {
@@ -80,8 +66,8 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             Ok(split(workspace, rows * count * LANES)?.as_chunks_mut().0)
         };
         let (null_space, momenta, row) = (of(branches)?, of(branches)?, of(1)?);
-        let outward = of(PARTS * depth)?.as_chunks_mut().0;
-        let inward = of(PARTS * depth)?.as_chunks_mut().0;
+        let (outward, inward) = (of(PARTS * depth)?, of(PARTS * depth)?);
+        let sums = Sums::of(count, outward, inward);
         let products = of(count * LANES)?;
         let active = split(workspace, branches)?;
         let inertia = split(workspace, independent * independent)?;
@@ -90,8 +76,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             independent,
             null_space,
             momenta,
-            outward,
-            inward,
+            sums,
             row,
             active,
             products,
@@ -113,7 +98,8 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         if !(safe::<S>() * worst * worst < S::ONE) {
             return Ok(false);
         }
-        self.sweep(terms)?;
+        let Self { reduction, sums, null_space, momenta, active, .. } = &mut *self;
+        sums.sweep(reduction.branches, terms, null_space, momenta, active)?;
         self.product();
         Ok(factor(self.inertia, self.independent).is_ok())
     }
@@ -142,119 +128,9 @@ impl<'a, S: Scalar> Inertia<'a, S> {
                     *largest = largest.max(x.abs());
                 }
             }
-            rows_of_mut(null_space, count, at(dependent.branch))?.copy_from_slice(row);
+            copy(rows_of_mut(null_space, count, at(dependent.branch))?, row)?;
         }
         Ok(largest.into_iter().fold(S::ONE, S::max))
-    }
-
-    /// M N, on the way out and back along the tree.
-    fn sweep(&mut self, terms: &Terms<'_, S>) -> Result<(), Error> {
-        let branches = self.reduction.branches;
-        for (index, branch) in branches.iter().enumerate() {
-            let next = branches.get(index + 1).map_or(0, |next| next.depth);
-            let rotor = terms.rotors.get(index).copied().unwrap_or(S::ZERO);
-            let ends = next <= branch.depth;
-            let is_idle = ends && rotor == S::ZERO && six(terms.momenta, index) == [S::ZERO; PARTS];
-            if let Some(active) = self.active.get_mut(index) {
-                *active = if is_idle { S::ZERO } else { S::ONE };
-            }
-            if is_idle {
-                let count = blocks(self.independent);
-                rows_of_mut(self.momenta, count, index..index + 1)?.fill([S::ZERO; LANES]);
-            } else {
-                self.enter(index, branch, terms)?;
-            }
-            if !ends {
-                let (count, depth) = (blocks(self.independent), usize::from(branch.depth));
-                let beyond = rows_of_mut(self.inward, count, depth..depth + 1)?;
-                beyond.fill([[S::ZERO; LANES]; PARTS]);
-                continue;
-            }
-            // It ends here, and with it those before it that nothing follows.
-            if !is_idle {
-                self.leave(index, branch.depth, true, terms)?;
-            }
-            let mut last = index;
-            for depth in (next..branch.depth).rev() {
-                let before = branches.get(..last).unwrap_or_default();
-                let parent = before.iter().rposition(|branch| branch.depth == depth);
-                last = parent.unwrap_or(0);
-                self.leave(last, depth, false, terms)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// V of a joint.
-    fn enter(&mut self, index: usize, branch: &Branch, terms: &Terms<'_, S>) -> Result<(), Error> {
-        let (count, depth) = (blocks(self.independent), usize::from(branch.depth));
-        let row = rows_of(self.null_space, count, index..index + 1)?;
-        let axis = six(terms.axes, index);
-        let Some(above) = depth.checked_sub(1) else {
-            for (sum, n) in rows_of_mut(self.outward, count, 0..1)?.iter_mut().zip(row) {
-                *sum = axis.map(|s| n.map(|n| s * n));
-            }
-            return Ok(());
-        };
-        let pair = rows_of_mut(self.outward, count, above..depth + 1)?;
-        let (above, own) = pair.split_at_mut(count);
-        for ((sum, above), n) in own.iter_mut().zip(above).zip(row) {
-            for ((sum, above), s) in sum.iter_mut().zip(above).zip(axis) {
-                *sum = sum_of(s, n, above);
-            }
-        }
-        Ok(())
-    }
-
-    /// (M N)_i of a joint whose P is complete, or one at an end, which has none; and what it adds to the P before it.
-    fn leave(
-        &mut self,
-        index: usize,
-        depth: u16,
-        is_end: bool,
-        terms: &Terms<'_, S>,
-    ) -> Result<(), Error> {
-        let (count, depth) = (blocks(self.independent), usize::from(depth));
-        let [axis, momentum] = [six(terms.axes, index), six(terms.momenta, index)];
-        let rotor = terms.rotors.get(index).copied().unwrap_or(S::ZERO);
-        let row = rows_of(self.null_space, count, index..index + 1)?;
-        let out = rows_of_mut(self.momenta, count, index..index + 1)?;
-        let outward = rows_of(self.outward, count, depth..depth + 1)?;
-        for ((out, n), v) in out.iter_mut().zip(row).zip(outward) {
-            let mut sum = n.map(|n| rotor * n);
-            for (f, v) in momentum.into_iter().zip(v) {
-                sum = sum_of(f, v, &sum);
-            }
-            *out = sum;
-        }
-        if !is_end {
-            let own = rows_of(self.inward, count, depth..depth + 1)?;
-            for (out, p) in out.iter_mut().zip(own) {
-                let mut sum = *out;
-                for (s, p) in axis.into_iter().zip(p) {
-                    sum = sum_of(s, p, &sum);
-                }
-                *out = sum;
-            }
-        }
-        let Some(above) = depth.checked_sub(1) else { return Ok(()) };
-        let pair = rows_of_mut(self.inward, count, above..depth + 1)?;
-        let (above, own) = pair.split_at_mut(count);
-        if is_end {
-            for (above, n) in above.iter_mut().zip(row) {
-                for (above, f) in above.iter_mut().zip(momentum) {
-                    *above = sum_of(f, n, above);
-                }
-            }
-            return Ok(());
-        }
-        for ((above, own), n) in above.iter_mut().zip(own).zip(row) {
-            for ((above, own), f) in above.iter_mut().zip(own).zip(momentum) {
-                let sum = sum_of(f, n, own);
-                *above = core::array::from_fn(|lane| above[lane] + sum[lane]);
-            }
-        }
-        Ok(())
     }
 
     /// H on and below the diagonal: two joints at once, because adding to H costs more than the products.
@@ -342,14 +218,9 @@ fn at(branch: u16) -> core::ops::Range<usize> {
     usize::from(branch)..usize::from(branch) + 1
 }
 
-/// Six numbers of a joint.
-fn six<S: Scalar>(values: &[S], index: usize) -> [S; PARTS] {
-    values.as_chunks().0.get(index).copied().unwrap_or([S::ZERO; PARTS])
-}
-
 /// `sum + factor x`.
 #[inline(always)]
-fn sum_of<S: Scalar>(factor: S, x: &Block<S>, sum: &Block<S>) -> Block<S> {
+pub(super) fn sum_of<S: Scalar>(factor: S, x: &Block<S>, sum: &Block<S>) -> Block<S> {
     core::array::from_fn(|lane| factor.mul_add(x[lane], sum[lane]))
 }
 
@@ -386,7 +257,7 @@ fn add_products<S: Scalar>(
 
 /// The sum over the joints of x times the joint's row.
 fn transposed<S: Scalar>(
-    reduction: Reduction<'_>,
+    reduction: Reduction<'_, S>,
     rows: &[Block<S>],
     sum: &mut [Block<S>],
     x: &[S],

@@ -19,8 +19,13 @@
 //! chose do not suit a state, the caller does.
 
 mod inertia;
+mod pattern;
+mod sweep;
 
-use inertia::{Inertia, PARTS, inertia_len};
+pub use pattern::{Branch, Dependent, Reduction, ReductionParts, ReductionSizes};
+
+use inertia::{Inertia, inertia_len};
+use sweep::PARTS;
 
 use crate::acceleration::safe;
 use crate::constants::ORTHOGONAL_PASSES;
@@ -29,89 +34,8 @@ use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
 use crate::workspace::split;
 use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar};
 
-/// How the speeds of a mechanism follow from those of its independent joints: the same at every state.
-///
-/// Joints are given by their place in `branches`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reduction<'a> {
-    /// The joints of the spanning tree: each is followed by all joints beyond it.
-    pub branches: &'a [Branch],
-    /// The joints whose speeds are independent.
-    pub independent: &'a [u16],
-    /// The other joints, each after those that its speed follows from.
-    pub dependent: &'a [Dependent],
-    /// The joints that the speeds of the dependent ones follow from, in the order of the coefficients.
-    pub columns: &'a [u16],
-}
-
-/// A joint of the spanning tree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Branch {
-    /// Its place in q and u.
-    pub joint: u16,
-    /// The number of joints between it and the ground.
-    pub depth: u16,
-}
-
-/// A joint whose speed is a sum over other joints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Dependent {
-    /// The joint.
-    pub branch: u16,
-    /// The number of terms.
-    pub terms: u16,
-}
-
-impl Branch {
-    /// Joints with their depths.
-    #[must_use]
-    pub const fn all<const COUNT: usize>(pairs: [(u16, u16); COUNT]) -> [Self; COUNT] {
-        let mut all = [Self { joint: 0, depth: 0 }; COUNT];
-        let mut index = 0;
-        while index < COUNT {
-            let (joint, depth) = pairs[index];
-            all[index] = Self { joint, depth };
-            index += 1;
-        }
-        all
-    }
-}
-
-impl Dependent {
-    /// Joints with their numbers of terms.
-    #[must_use]
-    pub const fn all<const COUNT: usize>(pairs: [(u16, u16); COUNT]) -> [Self; COUNT] {
-        let mut all = [Self { branch: 0, terms: 0 }; COUNT];
-        let mut index = 0;
-        while index < COUNT {
-            let (branch, terms) = pairs[index];
-            all[index] = Self { branch, terms };
-            index += 1;
-        }
-        all
-    }
-}
-
-/// Sizes of a [`Reduction`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ReductionSizes {
-    /// Joints of the tree.
-    pub branches: usize,
-    /// The greatest number of joints on the way from the ground.
-    pub depth: usize,
-    /// Independent joints.
-    pub independent: usize,
-    /// Coefficients.
-    pub coefficients: usize,
-}
-
-impl ReductionSizes {
-    /// Those of mechanisms that have no reduction.
-    pub const NONE: Self = Self { branches: 0, depth: 0, independent: 0, coefficients: 0 };
-}
-
-/// What the mechanism writes.
-pub(crate) struct Terms<'a, S> {
+/// What the mechanism writes; see [`ReductionMut`].
+struct Terms<'a, S> {
     axes: &'a mut [S],
     momenta: &'a mut [S],
     rotors: &'a mut [S],
@@ -120,7 +44,7 @@ pub(crate) struct Terms<'a, S> {
 }
 
 impl<'a, S> Terms<'a, S> {
-    pub fn of(sizes: ReductionSizes, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
+    fn of(sizes: ReductionSizes, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
         Ok(Self {
             axes: split(workspace, PARTS * sizes.branches)?,
             momenta: split(workspace, PARTS * sizes.branches)?,
@@ -130,7 +54,7 @@ impl<'a, S> Terms<'a, S> {
         })
     }
 
-    pub fn write(&mut self) -> ReductionMut<'_, S> {
+    fn write(&mut self) -> ReductionMut<'_, S> {
         let Self { axes, momenta, rotors, coefficients, largest } = self;
         ReductionMut { axes, momenta, rotors, coefficients, largest }
     }
@@ -246,7 +170,7 @@ pub(crate) fn accelerate<Y: Mechanism>(
     let a = split(workspace, d)?;
     let mut driven = Driven::of(drives, d, workspace)?;
     let mut inertia = Inertia::of(reduction, sizes, workspace)?;
-    system.write_reduction(t, q, u, terms.write(), out, forces)?;
+    reduction.parts.write_acceleration((t, q, u), terms.write(), out, forces)?;
     if !inertia.fill(&terms)? {
         return Ok(None);
     }
@@ -265,6 +189,7 @@ pub(crate) fn accelerate<Y: Mechanism>(
 
 /// What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u.
 pub(crate) struct Correction<'a, S> {
+    parts: &'a dyn ReductionParts<S>,
     terms: Terms<'a, S>,
     along: &'a mut [S],
     driven: Driven<'a, S>,
@@ -282,6 +207,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         let Some(reduction) = system.reduction() else { return Ok(None) };
         let Dimensions { reduction: sizes, drives, .. } = system.dimensions();
         Ok(Some(Self {
+            parts: reduction.parts,
             terms: Terms::of(sizes, workspace)?,
             along: split(workspace, sizes.independent)?,
             driven: Driven::of(drives, sizes.independent, workspace)?,
@@ -308,7 +234,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         let of_loops = split(&mut residual, 9 * system.dimensions().loops)?;
         let terms = self.terms.write();
         let at = ProjectionMut { residual: of_loops, positions, speeds };
-        system.write_projection_reduction(q, u, terms, at)?;
+        self.parts.write_projection(q, u, terms, at)?;
         if !self.is_known && !self.inertia.fill(&self.terms)? {
             return Ok(false);
         }

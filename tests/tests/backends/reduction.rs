@@ -78,6 +78,6 @@ fn a_module_without_acceleration_has_no_reduction() {
         let options = Options { scalar: ScalarChoice::F64, functions, ..Options::default() };
         rust_module(&compiled, &options).unwrap()
     };
-    assert!(module("acceleration").contains("fn write_projection_reduction"));
-    assert!(!module("projection,energy").contains("reduction_into"));
+    assert!(module("acceleration").contains("ReductionParts<f64> for"));
+    assert!(!module("projection,energy").contains("ReductionParts"));
 }

@@ -119,7 +119,8 @@ const FLOORS: [Floors; 5] = [
         entries: &[
             ("sin_cos", &[]),
             ("linear", &[]),
-            ("projection", &["linear"]),
+            ("reduction", &["linear"]),
+            ("projection", &["linear", "reduction"]),
             ("assembly", &["linear", "projection"]),
             ("unilateral", &["linear"]),
             ("integrate", &["linear", "projection", "unilateral"]),

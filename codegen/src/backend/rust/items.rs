@@ -9,6 +9,7 @@ use super::exports::exports;
 use super::implementation::{batch, mechanism};
 use super::mechanism::model_item;
 use super::methods::methods;
+use super::reduction;
 use super::sizes::sizes;
 use super::straight_line::straight_line;
 use super::{Options, ScalarChoice};
@@ -95,6 +96,7 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let model = model_item(program, choice, &syntax);
     let methods = methods(program, &syntax);
     let mechanism = mechanism(program, choice, &syntax);
+    let reduction = reduction::parts(program, &syntax);
     let straight_line = straight_line(program, &syntax, &mut bodies);
     let controlled = controlled(program, choice, &syntax, &fields);
     let batch = batch(program, choice, &fields);
@@ -104,7 +106,7 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let (parts, texts) = bodies.finish();
     let parts = parts_of(program, &syntax, &parts);
     let tokens = quote! {
-        #sizes #names #table #tables #parameters #inputs #model #methods #mechanism #controlled #straight_line #parts #batch #exports
+        #sizes #names #table #tables #parameters #inputs #model #methods #mechanism #reduction #controlled #straight_line #parts #batch #exports
     };
     (tokens, texts)
 }

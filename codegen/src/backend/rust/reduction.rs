@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::items::number;
+use super::items::{Syntax, model, number};
 use super::straight_line::method;
 use crate::program::{FunctionKind, Program};
 
@@ -27,8 +27,8 @@ pub fn sizes(program: &Program) -> TokenStream {
     }
 }
 
-/// Returns the trait methods, if the program has functions for them.
-pub fn methods(program: &Program, scalar: &TokenStream) -> TokenStream {
+/// Returns the method of `Mechanism` that shows the reduction, if the program has one.
+pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
     let Some(info) = program.reduction() else { return TokenStream::new() };
     let numbers = |values: &[u16]| {
         let values = values.iter().map(|&value| number(value.into()));
@@ -46,11 +46,10 @@ pub fn methods(program: &Program, scalar: &TokenStream) -> TokenStream {
     let [count, of_independent, of_dependent, of_columns] =
         [info.branches.len(), info.independent.len(), info.dependent.len(), info.columns.len()]
             .map(number);
-    let [parts, projection] =
-        [FunctionKind::Reduction, FunctionKind::ProjectionReduction].map(method);
-    let result = quote!(::core::result::Result<(), ::lamc_runtime::Error>);
     quote! {
-        fn reduction(&self) -> ::core::option::Option<::lamc_runtime::plumbing::Reduction<'_>> {
+        fn reduction(
+            &self,
+        ) -> ::core::option::Option<::lamc_runtime::plumbing::Reduction<'_, #scalar>> {
             use ::lamc_runtime::plumbing::{Branch, Dependent, Reduction};
             const BRANCHES: [Branch; #count] = Branch::all(#branches);
             const INDEPENDENT: [u16; #of_independent] = #independent;
@@ -58,24 +57,39 @@ pub fn methods(program: &Program, scalar: &TokenStream) -> TokenStream {
             const COLUMNS: [u16; #of_columns] = #columns;
             Some(Reduction {
                 branches: &BRANCHES, independent: &INDEPENDENT, dependent: &DEPENDENT,
-                columns: &COLUMNS,
+                columns: &COLUMNS, parts: self,
             })
         }
-        fn write_reduction(
-            &self, t: #scalar, q: &[#scalar], u: &[#scalar],
-            out: ::lamc_runtime::plumbing::ReductionMut<'_, #scalar>,
-            given: &mut [#scalar], forces: &mut [#scalar],
-        ) -> #result {
-            use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-            self.#parts(
-                t, exactly(q)?, exactly(u)?, exactly_mut(out.axes)?, exactly_mut(out.momenta)?,
-                exactly_mut(out.rotors)?, exactly_mut(out.coefficients)?,
-                exactly_mut(out.largest)?, exactly_mut(given)?, exactly_mut(forces)?,
-            );
-            Ok(())
-        }
-        fn write_projection_reduction(
-            &self, q: &[#scalar], u: &[#scalar],
+    }
+}
+
+/// Returns what writes the parts of the reduction, if the program has one.
+pub fn parts(program: &Program, syntax: &Syntax) -> TokenStream {
+    if program.reduction().is_none() {
+        return TokenStream::new();
+    }
+    let Syntax { generic, bound, scalar, .. } = syntax;
+    let model = model(program);
+    let [acceleration, projection] =
+        [FunctionKind::Reduction, FunctionKind::ProjectionReduction].map(method);
+    let result = quote!(::core::result::Result<(), ::lamc_runtime::Error>);
+    quote! {
+        impl #bound ::lamc_runtime::plumbing::ReductionParts<#scalar> for #model #generic {
+            fn write_acceleration(
+                &self, (t, q, u): (#scalar, &[#scalar], &[#scalar]),
+                out: ::lamc_runtime::plumbing::ReductionMut<'_, #scalar>,
+                given: &mut [#scalar], forces: &mut [#scalar],
+            ) -> #result {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                self.#acceleration(
+                    t, exactly(q)?, exactly(u)?, exactly_mut(out.axes)?, exactly_mut(out.momenta)?,
+                    exactly_mut(out.rotors)?, exactly_mut(out.coefficients)?,
+                    exactly_mut(out.largest)?, exactly_mut(given)?, exactly_mut(forces)?,
+                );
+                Ok(())
+            }
+            fn write_projection(
+                &self, q: &[#scalar], u: &[#scalar],
                 out: ::lamc_runtime::plumbing::ReductionMut<'_, #scalar>,
                 closing: ::lamc_runtime::plumbing::ProjectionMut<'_, #scalar>,
             ) -> #result {
@@ -88,5 +102,6 @@ pub fn methods(program: &Program, scalar: &TokenStream) -> TokenStream {
                 );
                 Ok(())
             }
+        }
     }
 }

@@ -11,7 +11,7 @@ use crate::program::{FunctionKind, Program};
 pub fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> TokenStream {
     let mut functions = writers(program, scalar, zero);
     let margin = margin(scalar);
-    functions.extend(reduction::methods(program, scalar));
+    functions.extend(reduction::shown(program, scalar));
     if has(program, FunctionKind::Jacobian) {
         let jacobian = method(FunctionKind::Jacobian);
         functions.extend(quote! {

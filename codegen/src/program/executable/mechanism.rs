@@ -2,7 +2,7 @@
 
 use lamc_runtime::plumbing::{
     Balance, Dimensions, Drive, EquationsMut, GapsMut, Margin, ProjectionMut, Reduction,
-    ReductionMut, ReductionSizes, workspace_len,
+    ReductionMut, ReductionParts, ReductionSizes, workspace_len,
 };
 use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body};
 
@@ -203,7 +203,7 @@ impl<E: Engine> Mechanism for Executable<E> {
         self.solve(FunctionKind::Projection, at, &mut [residual, positions, speeds])
     }
 
-    fn reduction(&self) -> Option<Reduction<'_>> {
+    fn reduction(&self) -> Option<Reduction<'_, f64>> {
         let reduction = self.interface.reduction.as_ref();
         let reduction = reduction.filter(|_| self.has(FunctionKind::Reduction))?;
         Some(Reduction {
@@ -211,36 +211,8 @@ impl<E: Engine> Mechanism for Executable<E> {
             independent: &reduction.independent,
             dependent: &self.dependent,
             columns: &reduction.columns,
+            parts: self,
         })
-    }
-
-    fn write_reduction(
-        &self,
-        t: f64,
-        q: &[f64],
-        u: &[f64],
-        out: ReductionMut<'_, f64>,
-        given: &mut [f64],
-        forces: &mut [f64],
-    ) -> Result<(), Error> {
-        let ReductionMut { axes, momenta, rotors, coefficients, largest } = out;
-        let at = State { t, q, u, ..State::default() };
-        let out = &mut [axes, momenta, rotors, coefficients, largest, given, forces];
-        self.evaluate(FunctionKind::Reduction, at, out)
-    }
-
-    fn write_projection_reduction(
-        &self,
-        q: &[f64],
-        u: &[f64],
-        out: ReductionMut<'_, f64>,
-        closing: ProjectionMut<'_, f64>,
-    ) -> Result<(), Error> {
-        let ReductionMut { axes, momenta, rotors, coefficients, largest } = out;
-        let ProjectionMut { residual, positions, speeds } = closing;
-        let at = State { q, u, ..State::default() };
-        let out = &mut [axes, momenta, rotors, coefficients, largest, residual, positions, speeds];
-        self.evaluate(FunctionKind::ProjectionReduction, at, out)
     }
 
     fn write_jacobian(
@@ -265,5 +237,34 @@ impl<E: Engine> Mechanism for Executable<E> {
     ) -> Result<Option<Margin<f64>>, Error> {
         let at = State { t, q, u, ..State::default() };
         self.solve(FunctionKind::JacobianParams, at, &mut [acceleration, dp])
+    }
+}
+
+impl<E: Engine> ReductionParts<f64> for Executable<E> {
+    fn write_acceleration(
+        &self,
+        (t, q, u): (f64, &[f64], &[f64]),
+        out: ReductionMut<'_, f64>,
+        given: &mut [f64],
+        forces: &mut [f64],
+    ) -> Result<(), Error> {
+        let ReductionMut { axes, momenta, rotors, coefficients, largest } = out;
+        let at = State { t, q, u, ..State::default() };
+        let out = &mut [axes, momenta, rotors, coefficients, largest, given, forces];
+        self.evaluate(FunctionKind::Reduction, at, out)
+    }
+
+    fn write_projection(
+        &self,
+        q: &[f64],
+        u: &[f64],
+        out: ReductionMut<'_, f64>,
+        closing: ProjectionMut<'_, f64>,
+    ) -> Result<(), Error> {
+        let ReductionMut { axes, momenta, rotors, coefficients, largest } = out;
+        let ProjectionMut { residual, positions, speeds } = closing;
+        let at = State { q, u, ..State::default() };
+        let out = &mut [axes, momenta, rotors, coefficients, largest, residual, positions, speeds];
+        self.evaluate(FunctionKind::ProjectionReduction, at, out)
     }
 }

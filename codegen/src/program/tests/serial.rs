@@ -8,7 +8,7 @@ use crate::pipeline;
 use crate::program::{
     BodyInfo, ControllerInfo, FORMAT_VERSION, Fact, FreeBodyInfo, FunctionKind, Interface,
     Interpreter, JointInfo, Moving, Op, ParameterInfo, Phase, Program, Pwm, Quantity, ReadError,
-    Section, Slot, Subject, Value, VerifyError,
+    ReductionInfo, Section, Slot, Subject, Value, VerifyError,
 };
 use crate::sealed::{Format, Unreadable};
 use crate::source::{CoordinateId, InputId, MemoryId, ParameterId, SourceFile, SpeedId};
@@ -112,6 +112,12 @@ fn each() -> impl Serialize {
         mobility: 1,
         cuts: vec![text("cut")],
         size: 4.0,
+        reduction: Some(ReductionInfo {
+            branches: vec![(0, 1)],
+            independent: vec![2],
+            dependent: vec![(3, 4)],
+            columns: vec![5],
+        }),
     };
     let sections = Phase::ALL.iter().map(|&phase| Section { subject: subjects[2], phase });
     let sections: Vec<Section> = sections.collect();
@@ -124,7 +130,7 @@ fn each() -> impl Serialize {
 fn the_version_is_raised_with_the_types() {
     let bytes = FORMAT.write(&each(), &[]);
     let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!((FORMAT_VERSION, &hash[..16]), (6, "fbb2b02bb70d263a"));
+    assert_eq!((FORMAT_VERSION, &hash[..16]), (7, "484a816f101203eb"));
 }
 
 #[test]

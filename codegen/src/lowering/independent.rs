@@ -1,0 +1,48 @@
+//! Functions that solve for independent speeds, and those that the runtime needs to do so.
+
+use super::functions::function;
+use crate::kane::{Equations, Reduced, Terms};
+use crate::program::{Function, FunctionKind};
+
+/// The solution for independent speeds.
+pub fn reduced(equations: &Equations, reduced: &Reduced, kind: FunctionKind) -> Function {
+    let n = equations.mechanism().speeds();
+    match kind {
+        FunctionKind::Acceleration => {
+            let accelerations = reduced.accelerations.as_slice();
+            let margin = ("margin", 2, 1, reduced.margin.as_slice());
+            function(equations, kind, &[("acceleration", n, 1, accelerations), margin])
+        }
+        _ => {
+            let residual = ("residual", equations.residual.len(), 1, equations.residual.as_slice());
+            let positions = ("positions", n, 1, reduced.positions.as_slice());
+            let speeds = ("speeds", n, 1, reduced.speeds.as_slice());
+            let margin = ("margin", 2, 1, reduced.projection_margin.as_slice());
+            function(equations, kind, &[residual, positions, speeds, margin])
+        }
+    }
+}
+
+/// What the runtime needs to solve for independent speeds.
+pub fn terms(equations: &Equations, terms: &Terms, kind: FunctionKind) -> Function {
+    let n = equations.mechanism().speeds();
+    let branches = terms.pattern.branches.len();
+    let projects = kind == FunctionKind::ProjectionReduction;
+    let momenta = if projects { &terms.projection_momenta } else { &terms.momenta };
+    let mut outputs: Vec<(_, _, _, &[_])> = vec![
+        ("axes", branches, 6, &terms.axes),
+        ("momenta", branches, 6, momenta),
+        ("rotors", branches, 1, &terms.rotors),
+        ("coefficients", terms.coefficients.len(), 1, &terms.coefficients),
+        ("largest", 1, 1, &terms.largest),
+    ];
+    if projects {
+        outputs.push(("residual", equations.residual.len(), 1, &equations.residual));
+        outputs.push(("positions", n, 1, &terms.positions));
+        outputs.push(("speeds", n, 1, &terms.speeds));
+    } else {
+        outputs.push(("given", n, 1, &terms.given));
+        outputs.push(("forces", n, 1, &terms.forces));
+    }
+    function(equations, kind, &outputs)
+}
