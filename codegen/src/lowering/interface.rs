@@ -4,7 +4,6 @@ use crate::program::{BodyInfo, ControllerInfo, FreeBodyInfo, Interface, JointInf
 use sha2::{Digest, Sha256};
 
 use crate::kane::Equations;
-use crate::laminate::Parameter;
 use crate::source::{Controller, JointId};
 
 /// The interface of a mechanism.
@@ -48,7 +47,11 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
             .flat_map(|contact| &contact.points)
             .map(|point| point.name.clone())
             .collect(),
-        parameters: mechanism.parameters.iter().map(parameter).collect(),
+        parameters: mechanism
+            .parameters
+            .iter()
+            .map(|it| ParameterInfo { name: it.name.clone(), value: it.value, doc: it.doc.clone() })
+            .collect(),
         drawn: 0,
         inputs: mechanism.inputs.clone(),
         controllers: mechanism.controllers.iter().map(controller).collect(),
@@ -60,11 +63,6 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
         size: mechanism.size,
         reduction: equations.terms.as_ref().map(|terms| terms.pattern.clone()),
     }
-}
-
-fn parameter(parameter: &Parameter) -> ParameterInfo {
-    let Parameter { name, value, doc, .. } = parameter;
-    ParameterInfo { name: name.clone(), value: *value, doc: doc.clone() }
 }
 
 fn controller(controller: &Controller) -> ControllerInfo {
