@@ -2,6 +2,7 @@
 //!
 //! The file that MODEL names defines `module`, which lamc wrote, and its mechanism as `Model`.
 
+use std::cell::RefCell;
 use std::hint::black_box;
 use std::slice;
 
@@ -12,6 +13,12 @@ include!(env!("MODEL"));
 
 /// s.
 const STEP: f64 = 1e-5;
+
+thread_local! {
+    /// Kept from call to call: that of a large sheet takes longer to clear than a step.
+    static WORKSPACE: RefCell<Vec<f64>> = RefCell::new(Model::default().workspace().to_vec());
+    static RK4: RefCell<Box<Rk4<Model>>> = RefCell::new(Box::new(Rk4::new(&Model::default())));
+}
 
 type Rows<'a> = (&'a [[f64; N]], &'a [[f64; N]], &'a mut [[f64; N]]);
 
@@ -42,16 +49,17 @@ pub unsafe extern "C" fn accelerations(
 ) {
     let (q, u, out) = unsafe { rows(q, u, out, states) };
     let model = Model::default();
-    let mut workspace = model.workspace();
-    for _ in 0..repeats {
-        for ((q, u), out) in q.iter().zip(u).zip(out.iter_mut()) {
-            let found =
-                acceleration(&model, 0.0, black_box(q), black_box(u), &mut workspace, &mut *out);
-            if found.is_err() {
-                *out = [f64::NAN; N];
+    WORKSPACE.with_borrow_mut(|workspace| {
+        for _ in 0..repeats {
+            for ((q, u), out) in q.iter().zip(u).zip(out.iter_mut()) {
+                let found =
+                    acceleration(&model, 0.0, black_box(q), black_box(u), workspace, &mut *out);
+                if found.is_err() {
+                    *out = [f64::NAN; N];
+                }
             }
         }
-    }
+    });
 }
 
 /// As [`accelerations`], where each evaluation waits for the one before, as in an integration.
@@ -114,9 +122,10 @@ pub unsafe extern "C" fn rk4_steps(
     repeats: usize,
 ) {
     let model = Model::default();
-    let mut rk4 = Rk4::new(&model);
-    let step = |state: &mut _| rk4.step(&model, state, STEP).is_ok();
-    steps(step, unsafe { rows(q, u, out, states) }, repeats);
+    RK4.with_borrow_mut(|rk4| {
+        let step = |state: &mut _| rk4.step(&model, state, STEP).is_ok();
+        steps(step, unsafe { rows(q, u, out, states) }, repeats);
+    });
 }
 
 /// A step of RODASP, with its derivatives and its projection, from every state.
