@@ -168,7 +168,7 @@ fn defined(binder: &mut Binder) -> Result<(), Diagnostics> {
 }
 
 /// Derives the solution for independent speeds or, for many of them and for driven joints, its parts: for mechanisms of
-/// several loops, with free bodies, or with driven joints and loops.
+/// several loops or with free bodies.
 fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option<Terms>) {
     let topology = binder.topology();
     let mechanism = &topology.mechanism;
@@ -185,7 +185,7 @@ fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option
         return (Some(solved(binder, phases, &reduction, elimination)), None);
     }
     let is_driven = mechanism.joints.iter().any(|joint| joint.drive.is_some());
-    let suits = has_free || is_driven || topology.loops.len() > 1;
+    let suits = has_free || topology.loops.len() > 1;
     let Some(reduction) = topology.reduction.as_ref().filter(|_| suits) else {
         return (None, None);
     };

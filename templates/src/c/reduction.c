@@ -39,9 +39,11 @@ static real eliminate(struct reduction *reduction)
 /* The last joint up to this one that has so many joints before it. */
 static int joint_at(int branch, int depth)
 {
-    while (branch > 0 && branch_depths[branch] != depth)
-        branch--;
-    return branch;
+    int last = 0;
+    for (int i = 0; i <= branch; i++)
+        if (branch_depths[i] == depth)
+            last = i;
+    return last;
 }
 
 /* V of a joint. */

@@ -13,7 +13,8 @@ use lamc::backend::c::{self, Real};
 use lamc::backend::rust::{Options, ScalarChoice};
 use lamc::pipeline::{self, Compiled};
 use lamc_runtime::constants::{ALL, Constant, Tolerance, Value};
-use lamc_tests::{compile, workspace};
+use lamc_tests::sheets::miura;
+use lamc_tests::{compile, compile_text, workspace};
 
 use super::c::{Answer, ask, build_driver, compilers, successful};
 use super::c_algorithms::{algorithms_folder, c_files};
@@ -63,6 +64,11 @@ fn sixbar() -> Compiled {
     compile(&workspace().join("examples/sixbar.yaml"))
 }
 
+/// A sheet with independent speeds in loops of the runtime.
+fn driven_sheet() -> Compiled {
+    compile_text(&miura(3, 3).replacen("stiffness:", "drive: 0.8 + 0.3*sin(2*t), stiffness:", 1))
+}
+
 /// What a generated module defines a constant as.
 fn definition<'a>(source: &'a str, name: &str) -> &'a str {
     let start = format!("#define {name} ");
@@ -75,8 +81,7 @@ fn definition<'a>(source: &'a str, name: &str) -> &'a str {
 #[test]
 fn generated_c_defines_each_constant_with_the_bits_of_the_runtime() {
     // Together they have everything: a free body, and independent speeds in loops.
-    let modules =
-        [free_sixbar().compiled, compile(&workspace().join("examples/leg/4-driven.yaml"))];
+    let modules = [free_sixbar().compiled, driven_sheet()];
     for real in [Real::Double, Real::Float] {
         let texts =
             modules.each_ref().map(|compiled| c::source(&compiled.program, real, "module.h"));
