@@ -39,11 +39,10 @@ static real eliminate(struct reduction *reduction)
 /* The last joint up to this one that has so many joints before it. */
 static int joint_at(int branch, int depth)
 {
-    int last = 0;
-    for (int i = 0; i <= branch; i++)
+    for (int i = branch; i > 0; i--)
         if (branch_depths[i] == depth)
-            last = i;
-    return last;
+            return i;
+    return 0;
 }
 
 /* V of a joint. */
