@@ -123,6 +123,25 @@ pub fn acceleration_and_forces<Y: Mechanism>(
     solve(system, (t, q, u), || Y::Scalar::ZERO, workspace, out, Some(lambda))
 }
 
+/// As [`acceleration_and_forces`], with the torques of the driven joints only, D; of driven joints whose angles follow from those
+/// of others, some may have none.
+pub(crate) fn acceleration_and_torques<Y: Mechanism>(
+    system: &Y,
+    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+    torques: &mut [Y::Scalar],
+) -> Result<Constraint, Error> {
+    let (t, q, u) = state;
+    let dimensions = check(system, workspace, &[q.len()], &[u.len(), out.len()])?;
+    match reduction::accelerate(system, state, workspace, out, Some(&mut *torques))? {
+        Some(constraint) => Ok(constraint),
+        None => {
+            decide(system, dimensions, (t, q, u), Y::Scalar::ZERO, workspace, out, Some(torques))
+        }
+    }
+}
+
 /// The conditioning above which rows are certainly independent and far from dependence.
 #[inline]
 pub(crate) fn safe<S: Arithmetic>() -> S {
@@ -162,7 +181,7 @@ pub(crate) fn with_workspace<Y: Mechanism>(
     acceleration(system, t, q, u, system.workspace().as_mut(), out).map(|_| ())
 }
 
-/// du/dt at (t, q, u), and lambda if there is a place for it. Directions that have faded to less than
+/// du/dt at (t, q, u), and lambda, or its last parts, if there is a place for it. Directions that have faded to less than
 /// `zone` of the strongest are taken along the motion; most states do not need this number.
 #[inline]
 fn solve<Y: Mechanism>(
@@ -181,7 +200,7 @@ fn solve<Y: Mechanism>(
         return Ok(constraint);
     }
     if lambda.is_none()
-        && let Some(constraint) = reduction::accelerate(system, state, workspace, out)?
+        && let Some(constraint) = reduction::accelerate(system, state, workspace, out, None)?
     {
         return Ok(constraint);
     }
@@ -256,7 +275,7 @@ fn general<Y: Mechanism>(
         };
         if let Some(lambda) = lambda {
             rows.multipliers(gap, lambda)?;
-            for torque in lambda.iter_mut().skip(dimensions.rows) {
+            for torque in lambda.iter_mut().rev().take(dimensions.drives) {
                 *torque *= system.size();
             }
             // A force of a loop belongs to all of its joints.

@@ -110,7 +110,7 @@ impl<S: Scalar> Rows<'_, S> {
     }
 
     /// The smallest lambda with J^T lambda = L push: with the orthogonal rows B of J and their lengths
-    /// s, lambda = J sum_i B_i (B_i . L push) / s_i^4.
+    /// s, lambda = J sum_i B_i (B_i . L push) / s_i^4. Of a shorter `lambda`, the last parts.
     pub fn multipliers(&mut self, gap: Gap<S>, lambda: &mut [S]) -> Result<(), Error> {
         let (c, n) = (self.gamma.len(), self.push.len());
         times_lower(self.mass, self.push);
@@ -125,7 +125,8 @@ impl<S: Scalar> Rows<'_, S> {
             let square = dot(row, row);
             add_scaled(sum, dot(row, self.push) / square / square, row);
         }
-        for (value, row) in lambda.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
+        let rows = self.jacobian.chunks_exact(n.max(1)).skip(c.saturating_sub(lambda.len()));
+        for (value, row) in lambda.iter_mut().zip(rows) {
             *value = dot(row, sum);
         }
         Ok(())

@@ -25,7 +25,7 @@ use crate::{Error, Mechanism};
 ///   4 c and two of coordinates 2 N; directions P + I;
 /// * a reduction to d independent speeds, of B joints and K coefficients, where the module has one: 13 B + K + 1; with b
 ///   for d / 8 rounded up, 16 b numbers for each joint, and 96 b for each joint on the longest way from the ground;
-///   d d + 8 b; (D + N + 1) d + (D + N) (D + N + 2); residuals, two vectors and coordinates r + 2 N + NQ;
+///   d d + 8 b; (D + N + 1) d + (D + N) (D + N + 4); residuals, two vectors and coordinates r + 2 N + NQ;
 /// * rigid contacts: 3 N and some 20 numbers for each contact point; for mechanisms without, never the largest.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
     let with_stops =

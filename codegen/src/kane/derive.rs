@@ -79,8 +79,10 @@ fn equations(
         closure: &closure,
     };
     let (reduced, terms) = independent(b, &phases);
-    let by_rows =
-        terms.is_none() && (reduced.is_none() || is_eliminated_by_rows(topology, &closure));
+    let by_rows = match &reduced {
+        Some(_) => is_eliminated_by_rows(topology, &closure),
+        None => terms.is_none(),
+    };
     let elimination = by_rows.then(|| elimination(b, &phases, &given));
     defined(b)?;
     Ok(Equations {
@@ -168,7 +170,7 @@ fn defined(binder: &mut Binder) -> Result<(), Diagnostics> {
 }
 
 /// Derives the solution for independent speeds or, for many of them and for driven joints, its parts: for mechanisms of
-/// several loops or with free bodies.
+/// several loops or with free bodies. Joints with limits are driven while they are held there, so that both are derived.
 fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option<Terms>) {
     let topology = binder.topology();
     let mechanism = &topology.mechanism;
@@ -184,17 +186,20 @@ fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option
         let elimination = independent::Elimination::new(binder, phases.closure, &reduction);
         return (Some(solved(binder, phases, &reduction, elimination)), None);
     }
-    let is_driven = mechanism.joints.iter().any(|joint| joint.drive.is_some());
     let suits = has_free || topology.loops.len() > 1;
     let Some(reduction) = topology.reduction.as_ref().filter(|_| suits) else {
         return (None, None);
     };
     let elimination = independent::Elimination::new(binder, phases.closure, reduction);
+    let is_driven = mechanism.joints.iter().any(|joint| joint.drive.is_some());
     let has_many = elimination.pairs(reduction) > MOST_PAIRS;
-    if !has_free && !reduction.independent.is_empty() && (is_driven || has_many) {
-        return (None, Some(parts(binder, phases, reduction, &elimination)));
-    }
-    (Some(solved(binder, phases, reduction, elimination)), None)
+    let has_stops = mechanism.joints.iter().any(|joint| joint.limits.iter().any(|x| x.is_finite()));
+    let has_parts = !has_free && !reduction.independent.is_empty();
+    let is_in_parts = has_parts && (is_driven || has_many);
+    let terms = (is_in_parts || has_parts && has_stops)
+        .then(|| parts(binder, phases, reduction, &elimination));
+    let reduced = (!is_in_parts).then(|| solved(binder, phases, reduction, elimination));
+    (reduced, terms)
 }
 
 fn solved(

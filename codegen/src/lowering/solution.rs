@@ -60,8 +60,10 @@ pub fn choices(equations: &Equations, tangent: &Function) -> Vec<Choice> {
     let driven = topology.mechanism.joints.iter().any(|joint| joint.drive.is_some());
     // Rows that depend on each other everywhere have no factor.
     let regular = topology.rank == equations.gamma.len() && !driven;
-    let solvable =
-        equations.terms.is_none() && (regular || (equations.reduced.is_some() && !driven));
+    let solvable = match (&equations.reduced, &equations.terms) {
+        (Some(_), _) => regular || !driven,
+        (None, terms) => regular && terms.is_none(),
+    };
     let most = if equations.reduced.is_some() { MOST_OF_SHEETS } else { MOST_OPERATIONS };
     let solved = |kind, wanted: bool| {
         let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };

@@ -241,6 +241,11 @@ impl Program {
         &self.functions[kind as usize]
     }
 
+    /// Whether the program solves for accelerations itself, without the loops of the runtime.
+    pub fn solves(&self) -> bool {
+        !self.function_of(FunctionKind::Acceleration).outputs.is_empty()
+    }
+
     /// The reduction to independent speeds, if the program has functions for it.
     pub fn reduction(&self) -> Option<&ReductionInfo> {
         let is_left_out = self.function_of(FunctionKind::Reduction).outputs.is_empty();

@@ -120,7 +120,7 @@ impl Program {
             (FunctionKind::Momentum, free.is_empty()),
             (FunctionKind::Control, controllers.is_empty()),
             (FunctionKind::Gaps, contacts.is_empty()),
-            (FunctionKind::Projection, loops.is_empty() || reduction.is_some()),
+            (FunctionKind::Projection, loops.is_empty() || reduction.is_some() && !self.solves()),
         ];
         let absent = absent.into_iter().filter(|(_, is_absent)| *is_absent);
         let absent = absent.fold(0, |set, (kind, _)| set | 1 << kind as u16);

@@ -190,6 +190,7 @@ fn directly<Y: Mechanism>(
             || (is_last && within(residual, closed(system)))
         {
             subtract(u, speeds)?;
+            let drives = correction.map_or(drives, |correction| correction.drives());
             return Ok(Some(Projected { residual: size, rank: rank + drives }));
         }
         if is_last {

@@ -4,8 +4,9 @@
 //!
 //! Rows are blocks of [`LANES`] numbers, so that the compiler makes vector instructions of the inner loops.
 
+use super::driven::{Driven, Met};
 use super::sweep::{PARTS, Sums};
-use super::{Driven, Reduction, ReductionSizes, Terms};
+use super::{Reduction, ReductionSizes, Terms};
 use crate::acceleration::safe;
 use crate::constants::WEIGHT_OF_ENTRY;
 use crate::linear::{backward, copy, factor, forward, rows_of, rows_of_mut};
@@ -186,11 +187,11 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     }
 
     /// H^-1 (r + B^T mu) in place of r, with B y = b for the driven joints; returns whether that can be trusted.
-    pub fn solve(&self, r: &mut [S], driven: &mut Driven<'_, S>) -> bool {
+    pub fn solve(&self, r: &mut [S], driven: &mut Driven<'_, S>, met: Met) -> Result<bool, Error> {
         forward(self.inertia, r);
-        let is_trusted = driven.push(self.inertia, r);
+        let is_trusted = driven.push(self.inertia, r)?;
         backward(self.inertia, r);
-        is_trusted
+        Ok(is_trusted && (met == Met::Elsewhere || driven.is_met(r)))
     }
 
     /// `out += sign N y`, in the order of u.

@@ -9,27 +9,22 @@
 //! The mechanism writes what grows with its joints: the coefficients of the elimination, the hinges and what moves
 //! about them. The dense matrices of the independent speeds are the work of this module ([`inertia`]).
 //!
-//! Driven joints, which have a prescribed acceleration, are rows B of N with right-hand sides b:
-//!
-//! ```text
-//! B a = b    a = H^-1 (r + B^T mu),  B H^-1 B^T mu = b - B H^-1 r
-//! ```
+//! Driven joints, which have a prescribed acceleration, are conditions on the independent speeds ([`driven`]).
 //!
 //! As elimination in straight-line code, this does not decide on the rank: where the pivots that the compiler
 //! chose do not suit a state, the caller does.
 
+mod driven;
 mod inertia;
 mod pattern;
 mod sweep;
 
 pub use pattern::{Branch, Dependent, Reduction, ReductionParts, ReductionSizes};
 
+use driven::{Driven, Met, driven_len};
 use inertia::{Inertia, inertia_len};
 use sweep::PARTS;
 
-use crate::acceleration::safe;
-use crate::constants::ORTHOGONAL_PASSES;
-use crate::linear::{add_scaled, backward, dot, factor, forward};
 use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
 use crate::workspace::split;
 use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar};
@@ -60,109 +55,22 @@ impl<'a, S> Terms<'a, S> {
     }
 }
 
-/// The driven joints, as conditions on the independent speeds.
-struct Driven<'a, S> {
-    /// B, D x d; then L^-1 B^T by rows, where H = L L^T.
-    rows: &'a mut [S],
-    /// b, D.
-    wanted: &'a mut [S],
-    /// mu, D.
-    push: &'a mut [S],
-    /// B H^-1 B^T, D x D, and its factor.
-    inertia: &'a mut [S],
+/// The reduction, where nothing faster takes its place.
+fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scalar>> {
+    system.reduction().filter(|it| !it.is_for_driven || system.dimensions().drives != 0)
 }
 
-impl<'a, S: Scalar> Driven<'a, S> {
-    fn of(drives: usize, d: usize, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
-        Ok(Self {
-            rows: split(workspace, drives * d)?,
-            wanted: split(workspace, drives)?,
-            push: split(workspace, drives)?,
-            inertia: split(workspace, drives * drives)?,
-        })
-    }
-
-    /// Fills B and b: `wanted` is what the part N y of a driven joint has to be.
-    fn prescribe<Y: Mechanism<Scalar = S>>(
-        &mut self,
-        system: &Y,
-        t: S,
-        inertia: &Inertia<'_, S>,
-        wanted: impl Fn(&Drive<S>) -> S,
-    ) -> Result<(), Error> {
-        let d = inertia.independent();
-        let mut places = self.rows.chunks_exact_mut(d.max(1)).zip(self.wanted.iter_mut());
-        let mut outcome = Ok(());
-        system.drives(t, |drive| {
-            if let (Some((row, value)), Ok(())) = (places.next(), outcome) {
-                *value = wanted(&drive);
-                outcome = inertia.row(drive.joint, row);
-            }
-        });
-        outcome
-    }
-
-    /// Fills the matrix with the scalar products of the rows, and factors it.
-    fn factored(&mut self, d: usize) -> bool {
-        let count = self.wanted.len();
-        let rows = || self.rows.chunks_exact(d.max(1));
-        for (row, entries) in rows().zip(self.inertia.chunks_exact_mut(count.max(1))) {
-            for (other, entry) in rows().zip(entries) {
-                *entry = dot(row, other);
-            }
-        }
-        factor(self.inertia, count).is_ok()
-    }
-
-    /// Whether the independent speeds can move each driven joint while those before it stay: by at least a hundredth of
-    /// themselves.
-    fn are_apart(&mut self, d: usize) -> bool {
-        let count = self.wanted.len();
-        self.factored(d) && {
-            let reciprocals = self.inertia.iter().step_by(count + 1);
-            let most = reciprocals.fold(S::ZERO, |most, &reciprocal| most.max(reciprocal));
-            S::ONE > safe::<S>() * most * most
-        }
-    }
-
-    /// z = L^-1 r becomes L^-1 (r + B^T mu), where L is the factor of H; returns whether that can be trusted.
-    ///
-    /// The mechanism's own acceleration, which drives are up against, may be many times what they prescribe. So what
-    /// rounding leaves of B y = b is taken away once more.
-    fn push(&mut self, lower: &[S], z: &mut [S]) -> bool {
-        let d = z.len();
-        if self.wanted.is_empty() {
-            return true;
-        }
-        let is_apart = self.are_apart(d);
-        self.rows.chunks_exact_mut(d.max(1)).for_each(|row| forward(lower, row));
-        if !is_apart || !self.factored(d) {
-            return false;
-        }
-        let rows = || self.rows.chunks_exact(d.max(1));
-        for _ in 0..ORTHOGONAL_PASSES {
-            for ((push, &wanted), row) in self.push.iter_mut().zip(&*self.wanted).zip(rows()) {
-                *push = wanted - dot(row, z);
-            }
-            forward(self.inertia, self.push);
-            backward(self.inertia, self.push);
-            for (&push, row) in self.push.iter().zip(rows()) {
-                add_scaled(z, push, row);
-            }
-        }
-        true
-    }
-}
-
-/// du/dt at (t, q, u) into `out`, where the mechanism has a reduction and that holds.
+/// du/dt at (t, q, u) into `out`, where the mechanism has a reduction and that holds; and the torque (N m) of each driven
+/// joint, if there is a place for it.
 pub(crate) fn accelerate<Y: Mechanism>(
     system: &Y,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
+    torques: Option<&mut [Y::Scalar]>,
 ) -> Result<Option<Constraint>, Error> {
     let workspace = &mut &mut *workspace;
-    let Some(reduction) = system.reduction() else { return Ok(None) };
+    let Some(reduction) = suitable(system) else { return Ok(None) };
     let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
     let d = sizes.independent;
     let mut terms = Terms::of(sizes, workspace)?;
@@ -179,12 +87,15 @@ pub(crate) fn accelerate<Y: Mechanism>(
         Some(&given) => drive.acceleration - given,
         None => drive.acceleration,
     })?;
-    if !inertia.solve(a, &mut driven) {
+    if !inertia.solve(a, &mut driven, Met::Here)? {
         return Ok(None);
     }
     inertia.combine(Y::Scalar::ONE, a, out)?;
+    if let Some(torques) = torques {
+        driven.torques(torques)?;
+    }
     let is_good = out.iter().all(|x| x.is_finite());
-    Ok(is_good.then_some(Constraint::strong(rank + drives)))
+    Ok(is_good.then_some(Constraint::strong(rank + driven.rank())))
 }
 
 /// What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u.
@@ -204,7 +115,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         system: &'a Y,
         workspace: &mut &'a mut [S],
     ) -> Result<Option<Self>, Error> {
-        let Some(reduction) = system.reduction() else { return Ok(None) };
+        let Some(reduction) = suitable(system) else { return Ok(None) };
         let Dimensions { reduction: sizes, drives, .. } = system.dimensions();
         Ok(Some(Self {
             parts: reduction.parts,
@@ -214,6 +125,11 @@ impl<'a, S: Scalar> Correction<'a, S> {
             inertia: Inertia::of(reduction, sizes, workspace)?,
             is_known: false,
         }))
+    }
+
+    /// The number of driven joints whose angles do not follow from those of the others.
+    pub fn drives(&self) -> usize {
+        self.driven.rank()
     }
 
     /// The matrices are computed again at the next state.
@@ -249,8 +165,9 @@ impl<'a, S: Scalar> Correction<'a, S> {
         });
         let too_far = |drive: &Drive<S>| of(q, drive.joint) - drive.position;
         let too_fast = |drive: &Drive<S>| of(u, drive.joint) - drive.speed;
-        Ok(self.correct(system, t, positions, too_far)?
-            && self.correct(system, t, speeds, too_fast)?)
+        // The residuals tell whether joints are where they should be.
+        Ok(self.correct(system, t, positions, too_far, Met::Elsewhere)?
+            && self.correct(system, t, speeds, too_fast, Met::Here)?)
     }
 
     /// p becomes p - N y, where a driven joint gets its `excess`.
@@ -260,13 +177,14 @@ impl<'a, S: Scalar> Correction<'a, S> {
         t: S,
         p: &mut [S],
         excess: impl Fn(&Drive<S>) -> S,
+        met: Met,
     ) -> Result<bool, Error> {
         let Self { along, driven, inertia, .. } = self;
         inertia.momentum(p, along)?;
         driven.prescribe(system, t, inertia, |drive| {
             p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
         })?;
-        let is_solved = inertia.solve(along, driven);
+        let is_solved = inertia.solve(along, driven, met)?;
         inertia.combine(-S::ONE, along, p)?;
         Ok(is_solved)
     }
@@ -280,7 +198,6 @@ pub(crate) const fn reduction_len(dimensions: Dimensions) -> usize {
         return 0;
     }
     let terms = (2 * PARTS + 1) * branches + coefficients + 1;
-    let driven = (drives + 1) * d + 2 * drives + drives * drives;
     let state = 9 * loops + drives + 2 * speeds + coordinates;
-    terms + driven + state + inertia_len(sizes)
+    terms + d + driven_len(drives, d) + state + inertia_len(sizes)
 }

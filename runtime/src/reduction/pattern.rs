@@ -16,6 +16,8 @@ pub struct Reduction<'a, S> {
     pub dependent: &'a [Dependent],
     /// The joints that the speeds of the dependent ones follow from, in the order of the coefficients.
     pub columns: &'a [u16],
+    /// Whether it is for driven joints, and for those at stops, only: straight-line code solves where there are none.
+    pub is_for_driven: bool,
     /// What depends on the state.
     pub parts: &'a dyn ReductionParts<S>,
 }

@@ -8,9 +8,11 @@ mod stopped;
 
 pub use stopped::Stopped;
 
+use crate::acceleration::acceleration_and_torques;
 use crate::integrate::Integrator;
+use crate::linear::rows_of_mut;
 use crate::projection::project_to_rounding;
-use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf, acceleration_and_forces};
+use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf};
 
 /// A joint this close to a limit is there, rad.
 const TOUCH: f64 = 1e-10;
@@ -157,19 +159,16 @@ impl<Y: Mechanism> Stopped<Y> {
         if sides.iter().all(|&side| side == zero) {
             return Ok(None);
         }
-        let d = self.dimensions();
-        let own = self.system.dimensions();
-        let mut acceleration = Mechanism::speeds(self);
+        let (d, own) = (self.dimensions(), self.system.dimensions());
+        let (mut acceleration, mut torques) = (Mechanism::speeds(self), Mechanism::speeds(self));
+        let torques = rows_of_mut(torques.as_mut(), 1, 0..d.drives)?;
+        let at = (state.t, state.q.as_ref(), state.u.as_ref());
         let mut workspace = self.workspace();
-        // The second workspace holds the multipliers.
-        let mut storage = self.workspace();
-        let lambda = &mut storage.as_mut()[..d.rows + d.drives];
-        let (q, u) = (state.q.as_ref(), state.u.as_ref());
-        let out = acceleration.as_mut();
-        acceleration_and_forces(self, state.t, q, u, workspace.as_mut(), out, lambda)?;
+        let (workspace, out) = (workspace.as_mut(), acceleration.as_mut());
+        acceleration_and_torques(self, at, workspace, out, torques)?;
         let held = (0..sides.len()).filter(|&joint| sides[joint] != zero);
         let mut worst: Option<(Y::Scalar, usize)> = None;
-        for (joint, &torque) in held.zip(&lambda[own.rows + own.drives..]) {
+        for (joint, &torque) in held.zip(torques.iter().skip(own.drives)) {
             // A stop at the greatest angle pushes back.
             let pull = torque * sides[joint];
             if pull > zero && worst.is_none_or(|(most, _)| pull > most) {

@@ -30,6 +30,7 @@ pub fn sizes(program: &Program) -> TokenStream {
 /// Returns the method of `Mechanism` that shows the reduction, if the program has one.
 pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
     let Some(info) = program.reduction() else { return TokenStream::new() };
+    let is_for_driven = program.solves();
     let numbers = |values: &[u16]| {
         let values = values.iter().map(|&value| number(value.into()));
         quote!([#(#values),*])
@@ -57,7 +58,7 @@ pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
             const COLUMNS: [u16; #of_columns] = #columns;
             Some(Reduction {
                 branches: &BRANCHES, independent: &INDEPENDENT, dependent: &DEPENDENT,
-                columns: &COLUMNS, parts: self,
+                columns: &COLUMNS, is_for_driven: #is_for_driven, parts: self,
             })
         }
     }

@@ -211,6 +211,7 @@ impl<E: Engine> Mechanism for Executable<E> {
             independent: &reduction.independent,
             dependent: &self.dependent,
             columns: &reduction.columns,
+            is_for_driven: self.has(FunctionKind::Acceleration),
             parts: self,
         })
     }
