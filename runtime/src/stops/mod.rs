@@ -12,7 +12,7 @@ use crate::acceleration::acceleration_and_torques;
 use crate::integrate::Integrator;
 use crate::linear::rows_of_mut;
 use crate::projection::project_to_rounding;
-use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf};
+use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf, acceleration};
 
 /// A joint this close to a limit is there, rad.
 const TOUCH: f64 = 1e-10;
@@ -142,7 +142,8 @@ impl<Y: Mechanism> Stopped<Y> {
             let (q, u) = (without.q.as_mut(), without.u.as_mut());
             let moved = project_to_rounding(self, state.t, q, u, workspace.as_mut());
             let small = Y::Scalar::from_f64(16.0) * Y::Scalar::EPSILON * u[joint].abs();
-            if moved.is_ok() && u[joint] * side < -small {
+            let lets_go = moved.is_ok() && u[joint] * side < -small;
+            if lets_go && self.gets_away(&without, joint, side)? {
                 after = without;
             } else {
                 self.sides.as_mut()[joint] = side;
@@ -150,6 +151,17 @@ impl<Y: Mechanism> Stopped<Y> {
         }
         *state = after;
         Ok(())
+    }
+
+    /// Whether a joint that leaves a stop gets farther from it than [`TOUCH`]. One that does not would be back at once: two joints
+    /// that push each other off their stops would take turns for ever.
+    fn gets_away(&self, state: &StateOf<Y>, joint: usize, side: Y::Scalar) -> Result<bool, Error> {
+        let mut rates = Mechanism::speeds(self);
+        let (mut workspace, out) = (self.workspace(), rates.as_mut());
+        let (q, u) = (state.q.as_ref(), state.u.as_ref());
+        acceleration(self, state.t, q, u, workspace.as_mut(), out)?;
+        let (speed, back) = (u[joint], out[joint] * side);
+        Ok(speed * speed > Y::Scalar::from_f64(2.0 * TOUCH) * back)
     }
 
     /// The torque (N m) by which a stop would have to pull, and the joint; the largest.
