@@ -229,20 +229,29 @@ impl<Y: Mechanism> Stopped<Y> {
 
     /// Whether at this state a free joint is beyond a limit or a held one is pulled.
     fn happened(&self, state: &StateOf<Y>) -> Result<bool, Error> {
-        let zero = Y::Scalar::ZERO;
+        Ok(self.excess(state) > Y::Scalar::ZERO || self.pull(state)?.is_some())
+    }
+
+    /// How far the farthest free joint is beyond half of [`TOUCH`] from its limit, rad; not positive if none is.
+    fn excess(&self, state: &StateOf<Y>) -> Y::Scalar {
         let joints = self.system.dimensions().joints;
+        let touch = Y::Scalar::from_f64(TOUCH / 2.0);
+        let mut most = Y::Scalar::from_f64(f64::NEG_INFINITY);
         for (joint, &q) in state.q.as_ref().iter().enumerate().take(joints) {
             let [least, greatest] = self.system.limits(joint);
-            let touch = Y::Scalar::from_f64(TOUCH / 2.0);
-            let free = self.sides.as_ref()[joint] == zero && !self.is_driven(state.t, joint);
-            if free && (q < least - touch || q > greatest + touch) {
-                return Ok(true);
+            let beyond = (q - greatest).max(least - q) - touch;
+            let is_held = self.sides.as_ref()[joint] != Y::Scalar::ZERO;
+            if beyond > most && !is_held && !self.is_driven(state.t, joint) {
+                most = beyond;
             }
         }
-        Ok(self.pull(state)?.is_some())
+        most
     }
 
     /// The state just after the event between two times of a step, where `state` is the later.
+    ///
+    /// A joint that reaches its limit is found by false position, with the change of the Illinois algorithm (M. Dowell,
+    /// P. Jarratt, 1971) for an end that stays; else the interval is halved.
     fn bisect<I: Integrator<Self>>(
         &self,
         integrator: &mut I,
@@ -250,17 +259,32 @@ impl<Y: Mechanism> Stopped<Y> {
         mut after: Y::Scalar,
         mut state: StateOf<Y>,
     ) -> Result<StateOf<Y>, Error> {
-        let half = Y::Scalar::from_f64(0.5);
+        let (zero, half) = (Y::Scalar::ZERO, Y::Scalar::from_f64(0.5));
+        let touch = Y::Scalar::from_f64(TOUCH / 2.0);
+        let mut beyond = self.excess(&state);
+        let (mut low, mut high) = (zero, beyond);
+        let mut stayed = 0;
         for _ in 0..BISECTIONS {
-            let middle = before + half * (after - before);
-            if !(middle > before && middle < after) {
+            let is_reached = beyond > zero && beyond <= touch;
+            let share = if low < zero && high > zero { low / (low - high) } else { half };
+            let middle = before + share * (after - before);
+            if is_reached || !(middle > before && middle < after) {
                 break;
             }
             let there = integrator.between(self, middle)?;
-            if self.happened(&there)? {
-                (after, state) = (middle, there);
+            let excess = self.excess(&there);
+            if excess > zero || self.pull(&there)?.is_some() {
+                (after, state, high) = (middle, there, excess);
+                beyond = excess;
+                stayed = stayed.max(0) + 1;
             } else {
-                before = middle;
+                (before, low) = (middle, excess);
+                stayed = stayed.min(0) - 1;
+            }
+            if stayed > 1 {
+                low *= half;
+            } else if stayed < -1 {
+                high *= half;
             }
         }
         Ok(state)

@@ -1,10 +1,11 @@
 //! Joint limits as stops: impact, rest and release against closed forms.
 
-use lamc::program::Interpreter;
+use lamc::program::{Interpreter, Selection};
 use lamc_runtime::{
     Dopri5, Integrator, Mechanism, Rk4, Rodas, State, Stopped, assemble, equilibrium, project,
 };
 use lamc_tests::compare::keep_largest;
+use lamc_tests::sheets::{miura, yoshimura};
 use lamc_tests::{compile_text, linkages, workspace};
 
 /// A wheel of 1e-6 kg m^2 about its hinge, without gravity, and a torque towards its stop at -1.
@@ -238,4 +239,68 @@ fn limits_of_popupcad_files_are_honoured() {
     let mut q = vec![0.0];
     equilibrium(&system.system, 0.0, &mut q, &mut system.workspace()).unwrap();
     assert!((q[0] - limit).abs() < 1e-12, "{q:?}");
+}
+
+/// A sheet whose joints rest at angles beyond limits of 50 degrees, or of `apart` degrees more from joint to joint, with
+/// independent speeds and without.
+fn sheets(text: &str, apart: f64) -> [Stopped<Interpreter>; 2] {
+    let mut parts = text.split(" stiffness:");
+    let mut text = parts.next().unwrap().to_owned();
+    for (index, part) in parts.enumerate() {
+        let limit = 50.0 + apart * index as f64;
+        text.push_str(&format!(" limits: [-{limit}, {limit}], stiffness:{part}"));
+    }
+    let program = compile_text(&text).program;
+    let without = program.only(Selection::named(["none"]).unwrap());
+    [program, without].map(|program| Stopped::new(Interpreter::new(&program)))
+}
+
+/// Moves until this time; returns the state, and how many joints a stop holds then.
+fn moved(mut system: Stopped<Interpreter>, t: f64) -> (State<Vec<f64>, f64>, usize) {
+    let mut state = system.initial();
+    let mut integrator = Dopri5::new(&system);
+    (integrator.relative, integrator.absolute) = (1e-11, 1e-11);
+    system.run(&mut integrator, &mut state, t, |_| ()).unwrap();
+    let held = system.sides.iter().filter(|side| **side != 0.0).count();
+    (state, held)
+}
+
+/// By independent speeds, a sheet with joints at stops moves as it does by the equations of all joints: where one joint
+/// after the other meets its stop, and where many do at once, of which all but one follow from it. Which of those a stop holds
+/// makes no difference.
+#[test]
+fn sheets_meet_their_stops_as_by_the_equations_of_all_joints() {
+    for (name, text, apart, t) in [
+        ("miura 3x3", miura(3, 3), 0.0, 0.06),
+        ("miura 4x4", miura(4, 4), 0.0, 0.06),
+        ("yoshimura 3x3", yoshimura(3, 3), 0.31, 0.02),
+    ] {
+        let [fast, general] = sheets(&text, apart);
+        assert!(fast.reduction().is_some() && general.reduction().is_none(), "{name}");
+        let (start, mut out) = (fast.initial(), fast.speeds());
+        let found = fast.write_acceleration(0.0, &start.q, &start.u, &mut out).unwrap();
+        assert!(found.is_some(), "{name}: without stops, straight-line code solves");
+        let (found, held) = moved(fast, t);
+        let (expected, _) = moved(general, t);
+        assert!(held > 0, "{name}: no joint is at a stop");
+        let off = found.q.iter().zip(&expected.q).map(|(a, b)| (a - b).abs());
+        let worst = off.fold(0.0, keep_largest);
+        println!("{name}: {held} held, {worst:.1e} rad apart");
+        assert!(worst < 1e-9, "{name}: {worst:e}");
+    }
+}
+
+/// Of equal limits, a joint that meets its stop pushes another off its own, which is back at once: both come to rest.
+#[test]
+fn joints_do_not_push_each_other_off_their_stops_for_ever() {
+    let text = yoshimura(3, 3).replace(" stiffness:", " limits: [-58, 58], stiffness:");
+    let mut system = Stopped::new(Interpreter::new(&compile_text(&text).program));
+    let (mut state, mut steps) = (system.initial(), 0);
+    let mut integrator = Dopri5::new(&system);
+    while state.t < 0.03 {
+        system.step_with(&mut integrator, &mut state, 0.03).unwrap();
+        steps += 1;
+        assert!(steps < 1000, "{} s after {steps} steps", state.t);
+    }
+    assert!(system.sides.iter().any(|side| *side != 0.0), "no joint is at a stop");
 }
