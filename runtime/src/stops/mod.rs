@@ -67,10 +67,10 @@ impl<Y: Mechanism> Stopped<Y> {
         let mut events = 0;
         while let Some(event) = self.first_event(integrator, &start, state)? {
             *state = event;
-            let changed = self.resolve_impacts(state)?;
+            self.resolve_impacts(state)?;
             integrator.restart();
             events += 1;
-            if changed && (state.t > start.t || events > EVENTS) {
+            if state.t > start.t || events > EVENTS {
                 break;
             }
             // An event at the very start of the step restarts it.
