@@ -79,10 +79,7 @@ fn equations(
         closure: &closure,
     };
     let (reduced, terms) = independent(b, &phases);
-    let by_rows = match &reduced {
-        Some(_) => is_eliminated_by_rows(topology, &closure),
-        None => terms.is_none(),
-    };
+    let by_rows = reduced.as_ref().map_or(terms.is_none(), |_| by_rows(topology, &closure));
     let elimination = by_rows.then(|| elimination(b, &phases, &given));
     defined(b)?;
     Ok(Equations {
@@ -243,6 +240,6 @@ fn parts(
 /// Returns whether the rows of J are worth reducing one by one although independent speeds are known.
 /// Rows that depend on each other have no factor, and each row of a large sheet is carried through many
 /// bodies.
-fn is_eliminated_by_rows(topology: &Topology, closure: &Closure) -> bool {
+fn by_rows(topology: &Topology, closure: &Closure) -> bool {
     topology.rank == closure.rows().len() && closure.jacobian.len() <= MOST_ROW_ENTRIES
 }

@@ -33,13 +33,12 @@ impl Program {
         if self.interface.loops.len() < 2 || all <= LONG {
             return Form::StraightLine;
         }
-        let is_of_step = matches!(
-            kind,
-            FunctionKind::Acceleration
-                | FunctionKind::Projection
-                | FunctionKind::Reduction
-                | FunctionKind::ProjectionReduction
-        );
+        let is_of_step = match kind {
+            FunctionKind::Acceleration | FunctionKind::Projection => true,
+            // Beside an acceleration of its own, a program needs them for stops alone.
+            FunctionKind::Reduction | FunctionKind::ProjectionReduction => !self.solves(),
+            _ => false,
+        };
         match is_of_step && operations(self.function_of(kind)) <= LONG_SOLUTION {
             true => Form::Numbered,
             false => Form::Tables,
