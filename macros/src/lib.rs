@@ -3,10 +3,10 @@
 //! The compiler of Rust interprets constant functions, which would take minutes for the tables of a large sheet. A macro runs
 //! as machine code.
 
-use lamc_tables::{decode, words};
+use lamc_tables::{Words, decode, words};
 use proc_macro::{Delimiter, Group, Ident, Literal, Punct, Spacing, Span, TokenStream, TokenTree};
 
-/// Defines a table for each name, `pub static NAME: Table<'static>`: `tables! { POSES ENERGY "text" }`. The text is a string
+/// Defines a table for each name, `pub static NAME: Table<'static, CELLS>`: `tables! { POSES ENERGY "text" }`. The text is a string
 /// literal that the compiler of lamc has written; it may be continued on further lines.
 #[proc_macro]
 pub fn tables(input: TokenStream) -> TokenStream {
@@ -31,18 +31,19 @@ fn read(input: TokenStream) -> Result<TokenStream, &'static str> {
     let text: Vec<u8> = text.into_bytes().into_iter().filter(is_digit).collect();
     let functions = decode(&text, names.len()).map_err(|_| "the text is damaged")?;
     let items = names.into_iter().zip(functions);
-    Ok(items.flat_map(|(name, rows)| item(name, &words(&rows).bytes())).collect())
+    Ok(items.flat_map(|(name, rows)| item(name, &words(&rows))).collect())
 }
 
-/// `pub static NAME: ::lamc_runtime::table::Table<'static> = ::lamc_runtime::table::Table::new(b"...");`
-fn item(name: Ident, bytes: &[u8]) -> TokenStream {
-    let words = TokenTree::Literal(Literal::byte_string(bytes));
-    let arguments = TokenTree::Group(Group::new(Delimiter::Parenthesis, words.into()));
+/// `pub static NAME: ::lamc_runtime::table::Table<'static, CELLS> = ::lamc_runtime::table::Table::new(b"...");`
+fn item(name: Ident, words: &Words) -> TokenStream {
+    let cells = words.power_of_two();
+    let bytes = TokenTree::Literal(Literal::byte_string(&words.bytes(cells)));
+    let arguments = TokenTree::Group(Group::new(Delimiter::Parenthesis, bytes.into()));
     let mut item = tokens("pub static");
     item.extend([TokenTree::Ident(name)]);
-    item.extend(tokens(
-        ": ::lamc_runtime::table::Table<'static> = ::lamc_runtime::table::Table::new",
-    ));
+    item.extend(tokens(&format!(
+        ": ::lamc_runtime::table::Table<'static, {cells}> = ::lamc_runtime::table::Table::new",
+    )));
     item.extend([arguments, TokenTree::Punct(Punct::new(';', Spacing::Alone))]);
     item
 }

@@ -1,22 +1,58 @@
-//! The words of a table: rows in their order, whose values have cells, which are used again after a value's last use.
+//! The words of a table: steps in their order, whose values have cells, which are used again after a value's last use.
 
-use crate::kind::{self, FIELD, operands};
-use crate::order::{Group, groups};
+use crate::kind::{FIELD, MOST_PRODUCTS, NUMBER, OUTPUT, PRODUCTS, SINE_COSINE, shift};
+use crate::order::{Step, groups};
 use crate::rows::Rows;
+
+/// Steps of one kind, one after the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Run {
+    /// Their kind.
+    pub kind: usize,
+    /// Each is two fields. With cells x, y and d:
+    ///
+    /// ```text
+    /// number       (number, d)
+    /// argument     (argument, index), (d, 0)
+    /// sine_cosine  (x, d of the sine), (d of the cosine, 0)
+    /// products     (c, d), then (a, b) for each product
+    /// output       (x, 0), (index, index / 2^16)
+    /// others       (x, y), (d, 0)
+    /// ```
+    pub words: Vec<[u16; 2]>,
+}
 
 /// What the runtime evaluates.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Words {
-    /// One per run of rows, one per row, two per sine and cosine.
-    pub list: Vec<u64>,
+    /// In the order of evaluation.
+    pub runs: Vec<Run>,
     /// Cells that hold values at the same time.
     pub cells: usize,
 }
 
 impl Words {
-    /// The words as bytes, the least significant first.
-    pub fn bytes(&self) -> Vec<u8> {
-        self.list.iter().flat_map(|word| word.to_le_bytes()).collect()
+    /// Words of four bytes, the least significant first, for evaluation with so many cells, a power of two: for each run its
+    /// kind + 2^8 the number of its words, then these.
+    pub fn bytes(&self, cells: usize) -> Vec<u8> {
+        let words = self.runs.iter().flat_map(|run| {
+            let is_sum = (PRODUCTS..PRODUCTS + MOST_PRODUCTS).contains(&run.kind);
+            let shift = if is_sum { shift(cells) } else { FIELD };
+            let word = move |&[low, high]: &[u16; 2]| u32::from(low) | u32::from(high) << shift;
+            let header = run.kind as u32 | (run.words.len() as u32) << 8;
+            std::iter::once(header).chain(run.words.iter().map(word))
+        });
+        words.flat_map(u32::to_le_bytes).collect()
+    }
+
+    /// A number of cells with which the table can be evaluated, a power of two.
+    pub fn power_of_two(&self) -> usize {
+        self.cells.max(2).next_power_of_two()
+    }
+
+    /// The number of words.
+    pub fn count(&self) -> usize {
+        self.runs.iter().map(|run| 1 + run.words.len()).sum()
     }
 }
 
@@ -26,63 +62,29 @@ impl Words {
 /// If a function has more than 65,536 cells or numbers.
 pub fn words(rows: &Rows) -> Words {
     let groups = groups(rows);
-    let mut writing = Writing { words: Words::default(), free: Vec::new(), cells: Vec::new() };
-    let last_uses = last_uses(&groups);
-    let (mut run, mut run_kind, mut use_number) = (0, usize::MAX, 0);
+    let mut last_uses = vec![usize::MAX; rows.list.len()];
+    for (number, step) in groups.iter().flatten().enumerate() {
+        step.reads.iter().for_each(|&value| last_uses[value] = number);
+    }
+    let cells = vec![0; rows.list.len()];
+    let mut writing = Writing { words: Words::default(), free: Vec::new(), cells, last_uses };
+    let mut number = 0;
     for group in &groups {
-        let is_product = (kind::MUL..=kind::MUL_ADD).contains(&group.kind);
-        let row_kind = if is_product { kind::MUL_ADD } else { group.kind };
-        if row_kind != run_kind || !is_product {
-            (run, run_kind) = (writing.words.list.len(), row_kind);
-            writing.words.list.push(row_kind as u64);
+        let kind = group.first().map_or(0, |step| step.kind);
+        let is_sum = (PRODUCTS..PRODUCTS + MOST_PRODUCTS).contains(&kind);
+        let goes_on = writing.words.runs.last().is_some_and(|run| run.kind == kind) && is_sum;
+        if !goes_on {
+            writing.words.runs.push(Run { kind, words: Vec::new() });
         }
-        for &row in &group.rows {
-            let before = writing.words.list.len();
-            writing.row(group.kind, row, &last_uses, &mut use_number);
-            writing.words.list[run] += ((writing.words.list.len() - before) as u64) << 8;
+        for step in group {
+            let words = writing.step(step, number);
+            number += 1;
+            if let Some(run) = writing.words.runs.last_mut() {
+                run.words.extend(words);
+            }
         }
     }
     writing.words
-}
-
-/// The three values of a row of products and sums, or its fields. Sums multiply by 1, differences by -1, products add -0.
-fn operands_of(group: usize, [x, y, z]: [usize; 3]) -> ([usize; 3], usize) {
-    const ONE: usize = 0;
-    const MINUS_ONE: usize = 1;
-    const MINUS_ZERO: usize = 2;
-    let product = match group {
-        kind::MUL => [x, y, MINUS_ZERO],
-        kind::ADD => [x, ONE, y],
-        kind::SUB => [y, MINUS_ONE, x],
-        kind::NEG => [x, MINUS_ONE, MINUS_ZERO],
-        kind::MUL_ADD => [x, y, z],
-        _ => return ([x, if kind::fields(group) == 1 { 0 } else { y }, 0], operands(group)),
-    };
-    (product, 3)
-}
-
-/// The number of the last row that uses each value.
-fn last_uses(groups: &[Group]) -> Vec<usize> {
-    let (mut uses, mut number) = (Vec::new(), 0);
-    for group in groups {
-        for &row in &group.rows {
-            let (values, count) = operands_of(group.kind, row);
-            values[..count].iter().for_each(|&value| uses[value] = number);
-            let results = results(group.kind);
-            uses.resize(uses.len() + results, usize::MAX);
-            number += 1;
-        }
-    }
-    uses
-}
-
-/// How many values a row of a kind computes.
-fn results(kind: usize) -> usize {
-    match kind {
-        kind::SINE_COSINE => 2,
-        kind if kind < kind::OUTPUT => 1,
-        _ => 0,
-    }
 }
 
 struct Writing {
@@ -91,75 +93,97 @@ struct Writing {
     free: Vec<usize>,
     /// The cell of each value.
     cells: Vec<usize>,
+    /// The number of the last step that reads each value.
+    last_uses: Vec<usize>,
 }
 
 impl Writing {
-    fn row(&mut self, kind: usize, row: [usize; 3], last_uses: &[usize], number: &mut usize) {
-        let (mut content, count) = operands_of(kind, row);
-        let values = content;
-        for (at, (content, &value)) in content.iter_mut().zip(&values[..count]).enumerate() {
+    /// The words of a step.
+    fn step(&mut self, step: &Step, number: usize) -> Vec<[u16; 2]> {
+        let reads: Vec<u16> = step.reads.iter().map(|&value| field(self.cells[value])).collect();
+        for (at, &value) in step.reads.iter().enumerate() {
             // A value that is used twice gives its cell once.
-            let is_used_before = values[..at].contains(&value);
-            if last_uses[value] == *number && !is_used_before {
+            if self.last_uses[value] == number && !step.reads[..at].contains(&value) {
                 self.free.push(self.cells[value]);
             }
-            *content = self.cells[value];
         }
-        *number += 1;
-        let mut word = match kind < kind::OUTPUT {
-            true => {
-                let [a, b, c] = content.map(field);
-                a | b << FIELD | c << (2 * FIELD)
+        for &value in &step.computes {
+            self.cells[value] = self.free.pop().unwrap_or_else(|| {
+                self.words.cells += 1;
+                self.words.cells - 1
+            });
+        }
+        let cell = |index: usize| field(step.computes.get(index).map_or(0, |&it| self.cells[it]));
+        let read = |index: usize| reads.get(index).copied().unwrap_or(0);
+        let [first, second] = step.fields;
+        match step.kind {
+            NUMBER => vec![[field(first), cell(0)]],
+            SINE_COSINE => vec![[read(0), cell(0)], [cell(1), 0]],
+            kind if (PRODUCTS..PRODUCTS + MOST_PRODUCTS).contains(&kind) => {
+                let pairs = reads[1..].as_chunks().0.iter().copied();
+                std::iter::once([read(0), cell(0)]).chain(pairs).collect()
             }
-            false => field(content[0]) | (content[1] as u64) << FIELD,
-        };
-        for _ in 0..results(kind).max(1) {
-            if kind < kind::OUTPUT {
-                let cell = self.free.pop().unwrap_or_else(|| {
-                    self.words.cells += 1;
-                    self.words.cells - 1
-                });
-                self.cells.push(cell);
-                word |= field(cell) << (3 * FIELD);
+            kind if kind >= OUTPUT => {
+                vec![[read(0), 0], [first as u16, field(first >> FIELD)]]
             }
-            self.words.list.push(word);
-            word = 0;
+            _ if step.reads.is_empty() => vec![[field(first), field(second)], [cell(0), 0]],
+            _ => vec![[read(0), read(1)], [cell(0), 0]],
         }
     }
 }
 
-fn field(content: usize) -> u64 {
-    assert!(content < 1 << FIELD, "a field of a word holds {content} at most");
-    content as u64
+fn field(content: usize) -> u16 {
+    match u16::try_from(content) {
+        Ok(field) => field,
+        Err(_) => panic!("a field of a word holds {content} at most"),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kind::{ADD, MUL, MUL_ADD};
     use crate::rows::Row;
 
-    /// x y + x with numbers x and y: a cell is used again as soon as its value is not needed.
+    /// x y + x and x y + x + y y with numbers x and y: a cell is used again as soon as its value is not needed.
     #[test]
     fn cells_are_used_again() {
         let row = |kind, fields| Row { kind, fields };
         let list = vec![
-            row(kind::NUMBER, [5, 0, 0]),
-            row(kind::NUMBER, [6, 0, 0]),
-            row(kind::MUL_ADD, [1, 0, 0]),
+            row(NUMBER, [5, 0, 0]),
+            row(NUMBER, [6, 0, 0]),
+            row(NUMBER, [7, 0, 0]),
+            row(MUL_ADD, [1, 0, 0]),
         ];
-        let found = words(&Rows { list, outputs: vec![vec![(2, 4)]] });
-        let word = |a: u64, b: u64, c: u64, d: u64| a | b << 16 | c << 32 | d << 48;
-        let run = |kind: usize, count: u64| kind as u64 | count << 8;
+        let found = words(&Rows { list, outputs: vec![vec![(3, 65_540)]] });
+        let run = |kind, words: &[[u16; 2]]| Run { kind, words: words.to_vec() };
         let expected = [
-            run(kind::NUMBER, 2),
-            word(5, 0, 0, 0),
-            word(6, 0, 0, 1),
-            run(kind::MUL_ADD, 1),
-            word(1, 0, 0, 0),
-            run(kind::OUTPUT, 1),
-            word(0, 4, 0, 0),
+            run(NUMBER, &[[5, 0], [6, 1], [7, 2]]),
+            run(PRODUCTS, &[[0, 1], [1, 0]]),
+            run(OUTPUT, &[[1, 0], [4, 1]]),
         ];
-        assert_eq!((found.list.as_slice(), found.cells), (expected.as_slice(), 2));
-        assert_eq!(found.bytes()[..8], expected[0].to_le_bytes());
+        assert_eq!((found.runs.as_slice(), found.cells), (expected.as_slice(), 3));
+        assert_eq!(found.count(), 10);
+        let bytes = found.bytes(4);
+        assert_eq!(bytes[..8], [0, 3, 0, 0, 5, 0, 0, 0]);
+        // Of four cells, the second field has the two highest bits.
+        assert_eq!(bytes[16..28], [3, 2, 0, 0, 0, 0, 0, 1 << 6, 1, 0, 0, 0]);
+    }
+
+    /// Sums that nothing else uses become one step, up to four products; others stay.
+    #[test]
+    fn products_are_added_up_in_one_step() {
+        let row = |kind, fields| Row { kind, fields };
+        let mut list: Vec<Row> = (0..4).map(|number| row(NUMBER, [number, 0, 0])).collect();
+        list.push(row(MUL, [3, 3, 0]));
+        for last in 4..9 {
+            list.push(row(MUL_ADD, [3, 3, last]));
+        }
+        // Used twice.
+        list.push(row(ADD, [9, 9, 0]));
+        let found = words(&Rows { list, outputs: vec![vec![(10, 0)]] });
+        let products: Vec<_> =
+            found.runs[1..found.runs.len() - 1].iter().map(|it| it.kind).collect();
+        assert_eq!(products, [PRODUCTS + 3, PRODUCTS + 1, PRODUCTS]);
     }
 }

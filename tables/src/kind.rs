@@ -29,11 +29,23 @@ pub const STEP: usize = 19;
 /// Fields: a value, the index in the output at which it is written. The next kinds write the next outputs.
 pub const OUTPUT: usize = 20;
 
+/// In words, the kinds from here on are sums of one, two, .. products, c + a b + a b + .. in this order; they take the numbers of
+/// the rows that become such sums.
+pub const PRODUCTS: usize = MUL;
+/// Products of a sum, at most.
+pub const MOST_PRODUCTS: usize = 4;
+
 /// Values that every table computes first: 1, -1 and -0, by which sums, differences and products become rows.
 pub const FIRST_NUMBERS: [f64; 3] = [1.0, -1.0, -0.0];
 
 /// Bits of a field of a word.
 pub const FIELD: u32 = 16;
+
+/// How far the second field of a word is shifted in a sum of products of a table with so many cells, a power of two: no bits are
+/// above it, so that it needs no mask.
+pub const fn shift(cells: usize) -> u32 {
+    u32::BITS - cells.trailing_zeros()
+}
 
 /// How many fields the rows of a kind have.
 pub const fn fields(kind: usize) -> usize {

@@ -20,7 +20,7 @@ mod rows;
 mod text;
 
 #[cfg(feature = "coding")]
-pub use cells::{Words, words};
+pub use cells::{Run, Words, words};
 #[cfg(feature = "coding")]
 pub use rows::{COSINE, Row, Rows};
 #[cfg(feature = "coding")]

@@ -1,175 +1,220 @@
-//! The order of rows: those farthest from the results come first, so that neighbours do not wait for each other and
-//! few values are kept; rows of one kind at one distance are a group, by operands.
+//! The steps in which a table is evaluated, and their order.
 //!
-//! Products and sums go on as long as there are any, then everything else that can be computed: a run of rows ends
-//! where its kind does.
+//! A step is a row, or several: products that are added up, where nothing else uses the sums in between, are one step. It reads
+//! and writes the sum once, which is what evaluation spends most of its time on.
+//!
+//! Steps farthest from the results come first, so that neighbours do not wait for each other and few values are kept. Steps
+//! of one kind go on as long as there are some that are not much nearer to the results than others ([`WINDOW`]): whatever
+//! evaluates the table branches where the kind changes. When there are no products, everything else follows that can be computed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::kind::{self, operands};
+use crate::kind::{self, MOST_PRODUCTS, PRODUCTS, operands};
 use crate::rows::{COSINE, Row, Rows};
 
-/// Rows of one kind, with the positions of values in the order of computation as operands.
-#[derive(Debug)]
-pub struct Group {
+/// Steps of one kind are taken together if their distances from the results differ by no more than this.
+const WINDOW: usize = 32;
+
+/// The same kind goes on if it has so many steps, the first of which is nearly as far from the results as any.
+const ENOUGH: usize = 16;
+
+/// What is evaluated at once. Values are named by the rows that compute them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// A kind of words.
     pub kind: usize,
-    pub rows: Vec<[usize; 3]>,
+    /// The values that it reads: of a sum of products c, a, b, a, b, ...
+    pub reads: Vec<usize>,
+    /// The values that it computes.
+    pub computes: Vec<usize>,
+    /// Fields that are no values.
+    pub fields: [usize; 2],
 }
 
-/// Returns the groups of a function in their order.
-pub fn groups(rows: &Rows) -> Vec<Group> {
-    let mut order = Order::of(&rows.list);
-    while order.place_next() {}
-    for (index, entries) in rows.outputs.iter().enumerate().filter(|(_, list)| !list.is_empty()) {
-        let entries = entries.iter().map(|&(row, index)| [order.positions[row], index, 0]);
-        order.groups.push(Group { kind: kind::OUTPUT + index, rows: entries.collect() });
+/// Returns the steps of a function in groups of one kind, in which no step reads what another one computes.
+pub fn groups(rows: &Rows) -> Vec<Vec<Step>> {
+    let steps = steps(rows);
+    let mut order = Order::of(rows.list.len(), &steps);
+    for source in [kind::NUMBER, kind::ARGUMENT] {
+        let mut list: Vec<usize> = (0..steps.len()).filter(|&i| steps[i].kind == source).collect();
+        list.sort_by_key(|&index| steps[index].fields);
+        order.place(list);
     }
-    order.groups
+    while let Some(next) = order.next() {
+        order.place(next);
+    }
+    let of = |indices: Vec<usize>| indices.into_iter().map(|index| steps[index].clone()).collect();
+    let groups = order.groups.into_iter().filter(|group| !group.is_empty());
+    let outputs = rows.outputs.iter().enumerate().filter(|(_, entries)| !entries.is_empty());
+    let outputs = outputs.map(|(output, entries)| {
+        let step = |&(row, index): &(usize, usize)| Step {
+            kind: kind::OUTPUT + output,
+            reads: vec![row],
+            computes: Vec::new(),
+            fields: [index, 0],
+        };
+        entries.iter().map(step).collect()
+    });
+    groups.map(of).chain(outputs).collect()
 }
 
-struct Order<'a> {
-    rows: &'a [Row],
-    /// The users of all rows, and where those of each row begin.
-    users: Vec<usize>,
-    users_from: Vec<usize>,
-    /// By row: how many operands are not placed.
-    missing: Vec<usize>,
-    /// By row: length of the longest chain of users.
-    heights: Vec<usize>,
-    /// Products that are ready, by distance from the results; none is farther than `farthest`.
-    products: Vec<Vec<usize>>,
-    farthest: usize,
-    /// Other rows that are ready.
-    others: Vec<usize>,
-    /// By row: its value's place in the order.
-    positions: Vec<usize>,
-    placed: usize,
-    groups: Vec<Group>,
-}
-
-fn is_product(row: Row) -> bool {
+fn is_product(row: &Row) -> bool {
     (kind::MUL..=kind::MUL_ADD).contains(&row.kind)
 }
 
-/// The rows that a row needs.
-fn needed(row: &Row) -> &[usize] {
+/// a, b and c of a row that is a b + c: sums multiply by 1, differences by -1, products add -0.
+fn product(row: &Row) -> [usize; 3] {
+    const ONE: usize = 0;
+    const MINUS_ONE: usize = 1;
+    const MINUS_ZERO: usize = 2;
+    let [x, y, z] = row.fields;
     match row.kind {
-        COSINE => &[],
-        kind => &row.fields[..operands(kind)],
+        kind::MUL => [x, y, MINUS_ZERO],
+        kind::ADD => [x, ONE, y],
+        kind::SUB => [y, MINUS_ONE, x],
+        kind::NEG => [x, MINUS_ONE, MINUS_ZERO],
+        _ => [x, y, z],
     }
 }
 
+/// The steps of all rows, in the order of the rows.
+fn steps(rows: &Rows) -> Vec<Step> {
+    let list = &rows.list;
+    let mut uses = vec![0; list.len()];
+    for row in list.iter().filter(|row| row.kind != COSINE) {
+        row.fields[..operands(row.kind)].iter().for_each(|&operand| uses[operand] += 1);
+    }
+    rows.outputs.iter().flatten().for_each(|&(row, _)| uses[row] += 1);
+    // Steps of products that may take part in another one, by row.
+    let mut open: Vec<Option<Vec<usize>>> = vec![None; list.len()];
+    let mut steps: Vec<Option<Step>> = vec![None; list.len()];
+    for (index, row) in list.iter().enumerate() {
+        if row.kind == COSINE {
+            continue;
+        }
+        if is_product(row) {
+            let [mut a, b, mut c] = product(row);
+            let is_open = |value: usize| {
+                let reads = open[value].as_ref().filter(|_| uses[value] == 1);
+                reads.is_some_and(|reads| reads.len() < 2 * MOST_PRODUCTS + 1)
+            };
+            // Both orders of a sum give the same bits.
+            if row.kind == kind::ADD && !is_open(c) && is_open(a) {
+                (a, c) = (c, a);
+            }
+            let mut reads = match is_open(c) && a != c {
+                true => {
+                    steps[c] = None;
+                    open[c].take().unwrap_or_default()
+                }
+                false => vec![c],
+            };
+            reads.extend([a, b]);
+            open[index] = Some(reads);
+            let step = Step { kind: 0, reads: Vec::new(), computes: vec![index], fields: [0; 2] };
+            steps[index] = Some(step);
+            continue;
+        }
+        let count = operands(row.kind);
+        let is_sine = row.kind == kind::SINE_COSINE;
+        steps[index] = Some(Step {
+            kind: row.kind,
+            reads: row.fields[..count].to_vec(),
+            computes: if is_sine { vec![index, index + 1] } else { vec![index] },
+            fields: if count == 0 { [row.fields[0], row.fields[1]] } else { [0; 2] },
+        });
+    }
+    for (step, reads) in steps.iter_mut().zip(open) {
+        if let (Some(step), Some(reads)) = (step, reads) {
+            step.kind = PRODUCTS + reads.len() / 2 - 1;
+            step.reads = reads;
+        }
+    }
+    steps.into_iter().flatten().collect()
+}
+
+struct Order<'a> {
+    steps: &'a [Step],
+    /// By value: the steps that read it.
+    users: Vec<Vec<usize>>,
+    /// By step: how many values that it reads are not computed.
+    missing: Vec<usize>,
+    /// By step: length of the longest chain of users.
+    heights: Vec<usize>,
+    /// Steps of products that are ready, by their number of products and distance from the results.
+    products: [BTreeSet<(usize, usize)>; MOST_PRODUCTS],
+    /// Other steps that are ready, by kind.
+    others: BTreeMap<usize, Vec<usize>>,
+    /// The number of products of the last group, less one.
+    last: Option<usize>,
+    groups: Vec<Vec<usize>>,
+}
+
 impl<'a> Order<'a> {
-    fn of(rows: &'a [Row]) -> Self {
-        let mut users_from = vec![0; rows.len() + 1];
-        rows.iter().flat_map(needed).for_each(|&operand| users_from[operand + 1] += 1);
-        for index in 0..rows.len() {
-            users_from[index + 1] += users_from[index];
+    fn of(values: usize, steps: &'a [Step]) -> Self {
+        let mut users = vec![Vec::new(); values];
+        for (index, step) in steps.iter().enumerate() {
+            step.reads.iter().for_each(|&value| users[value].push(index));
         }
-        let (mut users, mut next) = (vec![0; users_from[rows.len()]], users_from.clone());
-        for (index, row) in rows.iter().enumerate() {
-            for &operand in needed(row) {
-                users[next[operand]] = index;
-                next[operand] += 1;
-            }
+        let mut heights = vec![0; steps.len()];
+        for index in (0..steps.len()).rev() {
+            let above = steps[index].computes.iter().flat_map(|&value| &users[value]);
+            heights[index] = above.map(|&user| heights[user] + 1).max().unwrap_or(0);
         }
-        let mut heights = vec![0; rows.len()];
-        for index in (0..rows.len()).rev() {
-            let above = &users[users_from[index]..users_from[index + 1]];
-            let above = above.iter().map(|&user| heights[user] + 1).max();
-            heights[index] = heights[index].max(above.unwrap_or(0));
-            if rows[index].kind == COSINE {
-                heights[index - 1] = heights[index];
-            }
-        }
-        let most = heights.iter().copied().max().unwrap_or(0);
-        let mut order = Self {
-            rows,
+        Self {
+            steps,
             users,
-            users_from,
-            missing: rows.iter().map(|row| needed(row).len()).collect(),
+            missing: steps.iter().map(|step| step.reads.len()).collect(),
             heights,
-            products: vec![Vec::new(); most + 1],
-            farthest: 0,
-            others: Vec::new(),
-            positions: vec![usize::MAX; rows.len()],
-            placed: 0,
+            products: Default::default(),
+            others: BTreeMap::new(),
+            last: None,
             groups: Vec::new(),
+        }
+    }
+
+    /// The steps that come next.
+    fn next(&mut self) -> Option<Vec<usize>> {
+        let farthest = |ready: &BTreeSet<(usize, usize)>| ready.last().map(|step| step.0);
+        let lengths = self.products.iter().enumerate();
+        let ready = lengths.filter_map(|(length, ready)| Some((farthest(ready)?, length)));
+        let Some((height, length)) = ready.max() else {
+            self.last = None;
+            return self.others.pop_first().map(|(_, steps)| steps);
         };
-        order.place_sources();
-        order
+        let goes_on = self.last.filter(|&last| {
+            let ready = &self.products[last];
+            ready.len() >= ENOUGH && farthest(ready).is_some_and(|it| it + WINDOW / 4 >= height)
+        });
+        let length = goes_on.unwrap_or(length);
+        self.last = Some(length);
+        let nearest = (height.saturating_sub(WINDOW), 0);
+        let taken = self.products[length].split_off(&nearest);
+        Some(taken.into_iter().map(|(_, step)| step).collect())
     }
 
-    /// Places numbers, then arguments, each in the order of their indices.
-    fn place_sources(&mut self) {
-        for source in [kind::NUMBER, kind::ARGUMENT] {
-            let of_kind = |&index: &usize| self.rows[index].kind == source;
-            let mut list: Vec<usize> = (0..self.rows.len()).filter(of_kind).collect();
-            list.sort_by_key(|&index| self.rows[index].fields);
-            let rows = list.iter().map(|&index| (self.rows[index].fields, index)).collect();
-            self.place(source, rows);
-        }
-    }
-
-    /// The rows that come next.
-    fn next(&mut self) -> Vec<usize> {
-        while self.farthest > 0 && self.products[self.farthest].is_empty() {
-            self.farthest -= 1;
-        }
-        match std::mem::take(&mut self.products[self.farthest]) {
-            next if next.is_empty() => std::mem::take(&mut self.others),
-            next => next,
-        }
-    }
-
-    /// Places the rows that come next; false if there are none.
-    fn place_next(&mut self) -> bool {
-        let next = self.next();
-        let mut kinds: BTreeMap<usize, Vec<([usize; 3], usize)>> = BTreeMap::new();
-        for index in next.iter().copied() {
-            let Row { kind, fields: mut row } = self.rows[index];
-            row[..operands(kind)].iter_mut().for_each(|field| *field = self.positions[*field]);
-            // The later factor or term first: both orders give the same bits.
-            if matches!(kind, kind::MUL | kind::ADD | kind::MUL_ADD) && row[0] < row[1] {
-                row.swap(0, 1);
-            }
-            kinds.entry(kind).or_default().push((row, index));
-        }
-        for (kind, mut rows) in kinds {
-            rows.sort_unstable();
-            self.place(kind, rows);
-        }
-        !next.is_empty()
-    }
-
-    fn place(&mut self, kind: usize, rows: Vec<([usize; 3], usize)>) {
-        if rows.is_empty() {
-            return;
-        }
-        for &(_, index) in &rows {
-            self.give_position(index);
-            if kind == kind::SINE_COSINE {
-                self.give_position(index + 1);
-            }
-        }
-        let rows = rows.into_iter().map(|(row, _)| row).collect();
-        self.groups.push(Group { kind, rows });
-    }
-
-    fn give_position(&mut self, index: usize) {
-        self.positions[index] = self.placed;
-        self.placed += 1;
-        for at in self.users_from[index]..self.users_from[index + 1] {
-            let user = self.users[at];
-            self.missing[user] -= 1;
-            if self.missing[user] == 0 {
-                if is_product(self.rows[user]) {
-                    self.farthest = self.farthest.max(self.heights[user]);
-                    self.products[self.heights[user]].push(user);
-                } else {
-                    self.others.push(user);
+    fn place(&mut self, group: Vec<usize>) {
+        for &index in &group {
+            for &value in &self.steps[index].computes {
+                for at in 0..self.users[value].len() {
+                    self.give(self.users[value][at]);
                 }
             }
+        }
+        self.groups.push(group);
+    }
+
+    /// A step is given one of the values that it reads.
+    fn give(&mut self, index: usize) {
+        self.missing[index] -= 1;
+        if self.missing[index] > 0 {
+            return;
+        }
+        match self.steps[index].kind.checked_sub(PRODUCTS) {
+            Some(length) if length < MOST_PRODUCTS => {
+                self.products[length].insert((self.heights[index], index));
+            }
+            _ => self.others.entry(self.steps[index].kind).or_default().push(index),
         }
     }
 }

@@ -51,7 +51,7 @@ fn check(name: &str, compiled: &Compiled) {
     for function in program.functions.iter().filter(|function| !function.outputs.is_empty()) {
         let signature = function.kind.signature();
         let table = Table::of(function, &mut numbers);
-        assert!(table.cells() <= CELLS, "{name}: {} cells", table.words.cells);
+        assert!(table.words.cells <= CELLS, "{name}: {} cells", table.words.cells);
         let arguments: Vec<Vec<f64>> = signature.inputs.iter().map(|&x| argument(x)).collect();
         let nothing = || signature.lengths(&program.interface).map(|length| vec![0.5; length]);
         let (mut expected, mut found): (Vec<_>, Vec<_>) =
@@ -65,8 +65,9 @@ fn check(name: &str, compiled: &Compiled) {
         engine.run(function.kind, load, &mut out);
         let mut out: Vec<&mut [f64]> = found.iter_mut().map(Vec::as_mut_slice).collect();
         let given: Vec<&[f64]> = arguments.iter().map(Vec::as_slice).collect();
-        let bytes = table.words.bytes();
-        table::Table::new(&bytes).evaluate::<f64, CELLS>(&numbers.list, &given, &mut out);
+        let bytes = table.words.bytes(CELLS);
+        let evaluated = table::Table::<CELLS>::new(&bytes);
+        evaluated.evaluate::<f64>(&numbers.list, &given, &mut out);
         for ((found, expected), output) in found.iter().zip(&expected).zip(signature.outputs) {
             let error = found.iter().zip(expected).map(|(x, y)| (x - y).abs());
             let error = error.fold(0.0, keep_largest);

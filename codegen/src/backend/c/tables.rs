@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use lamc_tables::kind;
+use lamc_tables::{Words, kind};
 use serde::Serialize;
 
 use super::Real;
@@ -51,7 +51,8 @@ struct Kinds {
     number: usize,
     argument: usize,
     sine_cosine: usize,
-    product: usize,
+    products: usize,
+    most_products: usize,
     quotient: usize,
     output: usize,
 }
@@ -62,7 +63,8 @@ impl Default for Kinds {
             number: kind::NUMBER,
             argument: kind::ARGUMENT,
             sine_cosine: kind::SINE_COSINE,
-            product: kind::MUL_ADD,
+            products: kind::PRODUCTS,
+            most_products: kind::MOST_PRODUCTS,
             quotient: kind::DIV,
             output: kind::OUTPUT,
         }
@@ -99,7 +101,7 @@ impl Tables {
         let table = Table::of(function, &mut self.found);
         self.cells = self.cells.max(table.words.cells);
         let name = format!("{}_rows", function.kind.name());
-        let lines = self.lines(&table.words.list);
+        let lines = self.lines(&table.words);
         self.rows.push(Rows { name: name.clone(), lines });
 
         let mut statements = Vec::new();
@@ -133,28 +135,24 @@ impl Tables {
         let (arguments, outputs) = (arguments.join(", "), outputs.join(", "));
         statements.push(format!("const real *const arguments[] = {{ {arguments} }};"));
         statements.push(format!("const struct results results[] = {{ {outputs} }};"));
-        let (words, count) = (table.words.list.len(), signature.outputs.len());
+        let words: usize = table.words.runs.iter().map(|run| 2 + run.words.len()).sum();
+        let count = signature.outputs.len();
         statements.push(format!("evaluate_table({name}, {words}, arguments, results, {count});"));
         statements
     }
 
-    /// The words of a table as rows of four numbers, and the kinds of its runs.
-    fn lines(&mut self, words: &[u64]) -> Vec<String> {
+    /// The words of a table as pairs of numbers, and the kinds of its runs.
+    fn lines(&mut self, words: &Words) -> Vec<String> {
         let (mut lines, mut line) = (Vec::new(), String::new());
-        let mut left = 0;
-        for &word in words {
-            let row = if left == 0 {
-                left = word >> 8;
-                self.used.insert((word & 0xff) as usize);
-                [word & 0xff, left & 0xffff, left >> 16, 0]
-            } else {
-                left -= 1;
-                [0, 16, 32, 48].map(|shift| word >> shift & 0xffff)
-            };
-            let [a, b, c, d] = row;
-            line.push_str(&format!("{a},{b},{c},{d},"));
-            if line.len() > LINE {
-                lines.push(std::mem::take(&mut line));
+        for run in &words.runs {
+            self.used.insert(run.kind);
+            let (kind, count) = (run.kind, run.words.len());
+            line.push_str(&format!("{kind},0,{},{},", count & 0xffff, count >> 16));
+            for [low, high] in &run.words {
+                line.push_str(&format!("{low},{high},"));
+                if line.len() > LINE {
+                    lines.push(std::mem::take(&mut line));
+                }
             }
         }
         lines.extend((!line.is_empty()).then_some(line));

@@ -18,7 +18,6 @@ impl Bodies<'_> {
     pub(super) fn write_table(&mut self, function: &Function) -> TokenStream {
         let table = Table::of(function, &mut self.numbers);
         let item = function.kind.name().to_uppercase();
-        let cells = number(table.cells());
         self.tables.push((item.clone(), table.rows));
         let arguments = function.kind.inputs(&self.program.interface).map(|argument| {
             let name = format_ident!("{}", argument.name());
@@ -39,7 +38,7 @@ impl Bodies<'_> {
         let outputs = function.outputs.iter().map(|output| format_ident!("{}", output.name));
         let (item, scalar) = (format_ident!("{item}"), &self.syntax.scalar);
         quote! {
-            tables::#item.evaluate::<#scalar, #cells>(
+            tables::#item.evaluate::<#scalar>(
                 &tables::NUMBERS, &[#(#arguments),*], &mut [#(#outputs),*]
             );
         }

@@ -56,9 +56,4 @@ impl Table {
         let words = words(&rows);
         Self { rows, words }
     }
-
-    /// The number of cells with which the runtime evaluates the table.
-    pub fn cells(&self) -> usize {
-        self.words.cells.next_power_of_two()
-    }
 }
