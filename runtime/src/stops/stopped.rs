@@ -12,6 +12,9 @@ use crate::{Arithmetic, Mechanism};
 /// u_j = 0                       from then on, if that is slower than the threshold, until the
 ///                               torque of the stop changes sign
 /// ```
+///
+/// A joint also leaves its stop where an impulse would have to hold it back, unless its acceleration would bring it back within
+/// 1e-10 rad.
 #[derive(Clone, Debug)]
 pub struct Stopped<Y: Mechanism> {
     /// The system.
