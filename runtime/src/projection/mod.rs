@@ -22,7 +22,7 @@ use crate::decomposition::Decomposition;
 use crate::linear::{add_scaled, copy, max_abs};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
-use crate::reduction::Correction;
+use crate::reduction::{Correction, suitable};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
@@ -162,22 +162,67 @@ fn directly<Y: Mechanism>(
     if drives != 0 && system.reduction().is_none() {
         return Ok(None);
     }
-    let residual = split(&mut workspace, 9 * loops + drives)?;
-    let positions = split(&mut workspace, n)?;
-    let speeds = split(&mut workspace, n)?;
-    let given = split(&mut workspace, coordinates)?;
-    let mut rest = &mut *workspace;
-    let mut correction = Correction::of(system, &mut rest)?;
+    let room = Room {
+        residual: split(&mut workspace, 9 * loops + drives)?,
+        positions: split(&mut workspace, n)?,
+        speeds: split(&mut workspace, n)?,
+        given: split(&mut workspace, coordinates)?,
+    };
+    let (residual, rank) = match suitable(system) {
+        Some(reduction) => {
+            let mut correction = Correction::of(system, reduction, &mut &mut *workspace)?;
+            let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, is_far: bool| {
+                if is_far {
+                    correction.forget();
+                }
+                correction.write(system, (t, q, u), out)
+            };
+            let residual = repeat(system, q, u, enough, room, write)?;
+            (residual, rank + correction.drives())
+        }
+        None => {
+            let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, _: bool| {
+                Ok(holds(system.write_projection(q, u, out)?))
+            };
+            (repeat(system, q, u, enough, room, write)?, rank)
+        }
+    };
+    Ok(residual.map(|residual| Projected { residual, rank }))
+}
+
+/// Room for [`directly`].
+struct Room<'a, S> {
+    residual: &'a mut [S],
+    positions: &'a mut [S],
+    speeds: &'a mut [S],
+    given: &'a mut [S],
+}
+
+/// Steps until the loops are closed; returns the largest residual, or nothing, with q as it was. `write` writes residuals and steps, and
+/// returns whether they can be trusted; it is told whether the state before was far from closed.
+#[inline]
+fn repeat<Y: Mechanism>(
+    system: &Y,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    enough: Y::Scalar,
+    room: Room<'_, Y::Scalar>,
+    mut write: impl FnMut(
+        &[Y::Scalar],
+        &[Y::Scalar],
+        ProjectionMut<'_, Y::Scalar>,
+        bool,
+    ) -> Result<bool, Error>,
+) -> Result<Option<Y::Scalar>, Error> {
+    let Room { residual, positions, speeds, given } = room;
     copy(given, q)?;
     let acceptable = acceptable_residual(system);
     let mut before = None;
     for _ in 0..PROJECTION_STEPS {
         let out = ProjectionMut { residual, positions, speeds };
-        let is_trusted = match &mut correction {
-            Some(correction) => correction.write(system, (t, q, u), out)?,
-            None => holds(system.write_projection(q, u, out)?),
-        };
-        if !is_trusted {
+        // Written so that NaN is far.
+        let is_far = before.is_some_and(|before| !(before <= acceptable));
+        if !write(q, u, out, is_far)? {
             break;
         }
         // Written so that NaN is not closed.
@@ -190,16 +235,12 @@ fn directly<Y: Mechanism>(
             || (is_last && within(residual, closed(system)))
         {
             subtract(u, speeds)?;
-            let drives = correction.map_or(drives, |correction| correction.drives());
-            return Ok(Some(Projected { residual: size, rank: rank + drives }));
+            return Ok(Some(size));
         }
         if is_last {
             break;
         }
         before = Some(size);
-        if let Some(correction) = correction.as_mut().filter(|_| !(size <= acceptable)) {
-            correction.forget();
-        }
         positions.iter_mut().for_each(|step| *step = -*step);
         system.advance(q, positions);
     }

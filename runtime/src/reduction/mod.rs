@@ -55,22 +55,37 @@ impl<'a, S> Terms<'a, S> {
     }
 }
 
-/// The reduction, where nothing faster takes its place.
-fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scalar>> {
+/// The reduction, where nothing faster takes its place. Mechanisms without one must not have any of its code.
+#[inline(always)]
+pub(crate) fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scalar>> {
     system.reduction().filter(|it| !it.is_for_driven || system.dimensions().drives != 0)
 }
 
 /// du/dt at (t, q, u) into `out`, where the mechanism has a reduction and that holds; and the torque (N m) of each driven
 /// joint, if there is a place for it.
+#[inline(always)]
 pub(crate) fn accelerate<Y: Mechanism>(
     system: &Y,
+    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+    torques: Option<&mut [Y::Scalar]>,
+) -> Result<Option<Constraint>, Error> {
+    match suitable(system) {
+        Some(reduction) => reduced(system, reduction, state, workspace, out, torques),
+        None => Ok(None),
+    }
+}
+
+fn reduced<Y: Mechanism>(
+    system: &Y,
+    reduction: Reduction<'_, Y::Scalar>,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     torques: Option<&mut [Y::Scalar]>,
 ) -> Result<Option<Constraint>, Error> {
     let workspace = &mut &mut *workspace;
-    let Some(reduction) = suitable(system) else { return Ok(None) };
     let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
     let d = sizes.independent;
     let mut terms = Terms::of(sizes, workspace)?;
@@ -110,21 +125,21 @@ pub(crate) struct Correction<'a, S> {
 }
 
 impl<'a, S: Scalar> Correction<'a, S> {
-    /// Of a mechanism with a reduction.
+    /// Of a mechanism with this reduction.
     pub fn of<Y: Mechanism<Scalar = S>>(
-        system: &'a Y,
+        system: &Y,
+        reduction: Reduction<'a, S>,
         workspace: &mut &'a mut [S],
-    ) -> Result<Option<Self>, Error> {
-        let Some(reduction) = suitable(system) else { return Ok(None) };
+    ) -> Result<Self, Error> {
         let Dimensions { reduction: sizes, drives, .. } = system.dimensions();
-        Ok(Some(Self {
+        Ok(Self {
             parts: reduction.parts,
             terms: Terms::of(sizes, workspace)?,
             along: split(workspace, sizes.independent)?,
             driven: Driven::of(drives, sizes.independent, workspace)?,
             inertia: Inertia::of(reduction, sizes, workspace)?,
             is_known: false,
-        }))
+        })
     }
 
     /// The number of driven joints whose angles do not follow from those of the others.
