@@ -154,7 +154,7 @@ impl<Y: Mechanism> Stopped<Y> {
     }
 
     /// Whether a joint that leaves a stop gets farther from it than [`TOUCH`]. One that does not would be back at once: two joints
-    /// that push each other off their stops would take turns for ever.
+    /// that push each other off their stops would take turns without end.
     fn gets_away(&self, state: &StateOf<Y>, joint: usize, side: Y::Scalar) -> Result<bool, Error> {
         let mut rates = Mechanism::speeds(self);
         let (mut workspace, out) = (self.workspace(), rates.as_mut());
