@@ -1,6 +1,6 @@
 //! The words of a table: steps in their order, whose values have cells, which are used again after a value's last use.
 
-use crate::kind::{FIELD, MOST_PRODUCTS, NUMBER, OUTPUT, PRODUCTS, SINE_COSINE, shift};
+use crate::kind::{FIELD, NUMBER, OUTPUT, SINE_COSINE, shift, sum};
 use crate::order::{Step, groups};
 use crate::rows::Rows;
 
@@ -36,8 +36,7 @@ impl Words {
     /// kind + 2^8 the number of its words, then these.
     pub fn bytes(&self, cells: usize) -> Vec<u8> {
         let words = self.runs.iter().flat_map(|run| {
-            let is_sum = (PRODUCTS..PRODUCTS + MOST_PRODUCTS).contains(&run.kind);
-            let shift = if is_sum { shift(cells) } else { FIELD };
+            let shift = if sum(run.kind).is_some() { shift(cells) } else { FIELD };
             let word = move |&[low, high]: &[u16; 2]| u32::from(low) | u32::from(high) << shift;
             let header = run.kind as u32 | (run.words.len() as u32) << 8;
             std::iter::once(header).chain(run.words.iter().map(word))
@@ -48,11 +47,6 @@ impl Words {
     /// A number of cells with which the table can be evaluated, a power of two.
     pub fn power_of_two(&self) -> usize {
         self.cells.max(2).next_power_of_two()
-    }
-
-    /// The number of words.
-    pub fn count(&self) -> usize {
-        self.runs.iter().map(|run| 1 + run.words.len()).sum()
     }
 }
 
@@ -71,9 +65,8 @@ pub fn words(rows: &Rows) -> Words {
     let mut number = 0;
     for group in &groups {
         let kind = group.first().map_or(0, |step| step.kind);
-        let is_sum = (PRODUCTS..PRODUCTS + MOST_PRODUCTS).contains(&kind);
-        let goes_on = writing.words.runs.last().is_some_and(|run| run.kind == kind) && is_sum;
-        if !goes_on {
+        let continues = writing.words.runs.last().is_some_and(|run| run.kind == kind);
+        if !continues || sum(kind).is_none() {
             writing.words.runs.push(Run { kind, words: Vec::new() });
         }
         for step in group {
@@ -119,7 +112,7 @@ impl Writing {
         match step.kind {
             NUMBER => vec![[field(first), cell(0)]],
             SINE_COSINE => vec![[read(0), cell(0)], [cell(1), 0]],
-            kind if (PRODUCTS..PRODUCTS + MOST_PRODUCTS).contains(&kind) => {
+            kind if sum(kind).is_some() => {
                 let pairs = reads[1..].as_chunks().0.iter().copied();
                 std::iter::once([read(0), cell(0)]).chain(pairs).collect()
             }
@@ -142,7 +135,7 @@ fn field(content: usize) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kind::{ADD, MUL, MUL_ADD};
+    use crate::kind::{ADD, MUL, MUL_ADD, PRODUCTS};
     use crate::rows::Row;
 
     /// x y + x and x y + x + y y with numbers x and y: a cell is used again as soon as its value is not needed.
@@ -163,8 +156,8 @@ mod tests {
             run(OUTPUT, &[[1, 0], [4, 1]]),
         ];
         assert_eq!((found.runs.as_slice(), found.cells), (expected.as_slice(), 3));
-        assert_eq!(found.count(), 10);
         let bytes = found.bytes(4);
+        assert_eq!(bytes.len(), 4 * 10);
         assert_eq!(bytes[..8], [0, 3, 0, 0, 5, 0, 0, 0]);
         // Of four cells, the second field has the two highest bits.
         assert_eq!(bytes[16..28], [3, 2, 0, 0, 0, 0, 0, 1 << 6, 1, 0, 0, 0]);

@@ -35,6 +35,11 @@ pub const PRODUCTS: usize = MUL;
 /// Products of a sum, at most.
 pub const MOST_PRODUCTS: usize = 4;
 
+/// How many products a kind of word sums, less one; nothing if it is no sum of products.
+pub fn sum(kind: usize) -> Option<usize> {
+    kind.checked_sub(PRODUCTS).filter(|&length| length < MOST_PRODUCTS)
+}
+
 /// Values that every table computes first: 1, -1 and -0, by which sums, differences and products become rows.
 pub const FIRST_NUMBERS: [f64; 3] = [1.0, -1.0, -0.0];
 

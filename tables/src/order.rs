@@ -210,11 +210,12 @@ impl<'a> Order<'a> {
         if self.missing[index] > 0 {
             return;
         }
-        match self.steps[index].kind.checked_sub(PRODUCTS) {
-            Some(length) if length < MOST_PRODUCTS => {
+        let kind = self.steps[index].kind;
+        match kind::sum(kind) {
+            Some(length) => {
                 self.products[length].insert((self.heights[index], index));
             }
-            _ => self.others.entry(self.steps[index].kind).or_default().push(index),
+            None => self.others.entry(kind).or_default().push(index),
         }
     }
 }
