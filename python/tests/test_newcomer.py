@@ -2,9 +2,10 @@
 
 import _thread
 import pickle
+import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,15 @@ def test_words(pendulum: lamc.Model, sixbar: lamc.Model) -> None:
     assert repr(sixbar) == "<lamc.Model sixbar: 6 joints, 1 loop, mobility 3>"
 
 
+@pytest.fixture
+def interrupts() -> Iterator[None]:
+    # A shell lets programs that it starts in the background ignore Ctrl-C.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interrupts")
 def test_an_interrupt_is_seen(pendulum: lamc.Model) -> None:
     motion, swinging, t = pendulum.simulate(0.5, 10), pendulum.with_(k=2e-4), np.linspace(0, 3000, 300_001)
     long: list[Callable[[], Any]] = [
