@@ -3,13 +3,15 @@
 //! Postcondition: no two instructions have the same operation on the same operands, in either
 //! order where the operation commutes.
 
+use rustc_hash::{FxBuildHasher, FxHashMap};
+
 use crate::program::{Function, Instruction, Op, Value};
-use std::collections::HashMap;
 
 /// Numbers the values of a function.
 pub fn number(function: Function) -> Function {
     let count = function.instructions.len();
-    let mut known: HashMap<Key, Value> = HashMap::with_capacity(count);
+    let mut known: FxHashMap<Key, Value> =
+        FxHashMap::with_capacity_and_hasher(count, FxBuildHasher);
     let mut instructions: Vec<Instruction> = Vec::with_capacity(count);
     let mut map: Vec<Value> = Vec::with_capacity(count);
     for instruction in function.instructions {

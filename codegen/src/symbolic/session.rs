@@ -12,7 +12,6 @@
 //! therefore takes its symbols from one pool (`v0`, `v1`, ...), in the order in which it needs them, after those of
 //! all functions. So the order of terms depends only on the session, and not on what the process derived before.
 
-use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -20,6 +19,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use std::{env, io, process, thread};
 
+use rustc_hash::FxHashMap;
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol};
 use symbolica::coefficient::CoefficientView;
 use symbolica::symbol;
@@ -172,14 +172,14 @@ struct Definition<B> {
 /// The expressions of one session, with leaves `L` and intermediates that have labels `B`.
 pub struct Algebra<L, B> {
     meanings: Vec<Meaning<L>>,
-    index: HashMap<Symbol, usize>,
+    index: FxHashMap<Symbol, usize>,
     definitions: Vec<Definition<B>>,
-    bound: HashMap<Expr, Expr>,
-    derivatives: HashMap<(usize, Symbol), Expr>,
+    bound: FxHashMap<Expr, Expr>,
+    derivatives: FxHashMap<(usize, Symbol), Expr>,
     /// Symbols of numbers, by the bits of their magnitudes.
-    numbers: HashMap<u64, Expr>,
+    numbers: FxHashMap<u64, Expr>,
     /// The numbers that those symbols and their negatives stand for.
-    values: HashMap<Expr, f64>,
+    values: FxHashMap<Expr, f64>,
 }
 
 impl<L, B> Algebra<L, B> {
@@ -187,12 +187,12 @@ impl<L, B> Algebra<L, B> {
         create_opaque();
         Self {
             meanings: Vec::new(),
-            index: HashMap::new(),
+            index: FxHashMap::default(),
             definitions: Vec::new(),
-            bound: HashMap::new(),
-            derivatives: HashMap::new(),
-            numbers: HashMap::new(),
-            values: HashMap::new(),
+            bound: FxHashMap::default(),
+            derivatives: FxHashMap::default(),
+            numbers: FxHashMap::default(),
+            values: FxHashMap::default(),
         }
     }
 

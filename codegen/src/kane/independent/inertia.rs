@@ -1,8 +1,10 @@
-//! Inertia of the independent speeds: N^T M N and its factor.
+//! Inertia of the independent speeds: N^T M N and its factor, and M N.
 
-use super::elimination::{Elimination, transposed};
+use super::Imbalance;
+use super::elimination::transposed;
 use super::factor::Factor;
 use crate::kane::binder::Binder;
+use crate::kane::forces::{along_speeds, gathered};
 use crate::kane::inertia::Inertias;
 use crate::kane::kinematics::Kinematics;
 use crate::kane::link::Freedom;
@@ -12,22 +14,22 @@ use crate::kane::wrench::Wrench;
 use crate::program::{Phase, Section};
 use crate::symbolic::Expr;
 
-/// Number of independent speeds up to which N^T M N is summed over the bodies' velocities; for more of
-/// them it is computed from M.
+/// Number of independent speeds up to which sums are taken over the bodies' velocities; for more of them M and sums by
+/// joint need fewer operations.
 const FEW: usize = 2;
 
-/// N^T M N, factored, and what else of M is needed.
+/// N^T M N, factored.
 pub struct Inertia {
     pub factor: Factor,
-    moving: Moving,
+    /// The columns of N as motions of the bodies, if they are few: by independent speed, by node.
+    columns: Option<Vec<Vec<Twist>>>,
 }
 
-/// The columns of N as motions of the bodies, with their momenta, or M N.
-enum Moving {
-    /// By independent speed, by node.
-    Bodies(Vec<Vec<(Twist, Wrench)>>),
-    /// By speed, one number per independent speed.
-    Joints(Vec<Vec<Expr>>),
+/// M N, with N^T M N, factored: what a projection needs.
+pub struct Metric {
+    /// M N, by speed, one number per independent speed.
+    pub products: Vec<Vec<Expr>>,
+    pub factor: Factor,
 }
 
 /// Angular velocity and velocity of the origin of a node's frame, in its components.
@@ -38,66 +40,89 @@ struct Twist {
 }
 
 impl Inertia {
+    /// Derives the inertia for the N of `table`.
     pub fn new(
         binder: &mut Binder,
         kinematics: &Kinematics,
         inertias: &Inertias,
-        elimination: &Elimination,
+        table: &[Vec<Expr>],
     ) -> Self {
-        let table = &elimination.null_space;
-        let d = table.first().map_or(0, Vec::len);
-        let moving = if d <= FEW {
-            let column = |k: usize| table.iter().map(|row| row[k].clone()).collect::<Vec<_>>();
-            let mut columns = Vec::new();
-            for k in 0..d {
-                let name = format!("partial{k}");
-                let twists = twists(binder, kinematics, &column(k), &name);
-                columns.push(with_momenta(binder, kinematics, inertias, twists, &name));
-            }
-            Moving::Bodies(columns)
-        } else {
-            Moving::Joints(products(binder, kinematics, inertias, table))
-        };
-        let mut entries = vec![vec![Expr::zero(); d]; d];
-        for k in 0..d {
-            for l in 0..=k {
-                entries[k][l] = match &moving {
-                    Moving::Bodies(columns) => columns[k].iter().zip(&columns[l]).fold(
-                        of_rotors(kinematics, |joint| &table[joint][k] * &table[joint][l]),
-                        |sum, ((twist, _), (_, momentum))| &sum + &twist.with(momentum),
-                    ),
-                    Moving::Joints(products) => table
-                        .iter()
-                        .zip(products)
-                        .fold(Expr::zero(), |sum, (n, mn)| &sum + &(&n[k] * &mn[l])),
-                };
-            }
+        if independent(table) > FEW {
+            let Metric { factor, .. } = Metric::new(binder, kinematics, inertias, table);
+            return Self { factor, columns: None };
         }
-        Self { factor: Factor::new(binder, entries), moving }
+        let columns = columns(binder, kinematics, table);
+        let mut momenta = Vec::new();
+        for (k, twists) in columns.iter().enumerate() {
+            momenta.push(momenta_of(binder, kinematics, inertias, twists, k));
+        }
+        let entry = |k: usize, l: usize| {
+            let rotors = of_rotors(kinematics, |joint| &table[joint][k] * &table[joint][l]);
+            power(&columns[k], &momenta[l], rotors)
+        };
+        let factor = Factor::new(binder, entries(columns.len(), entry));
+        Self { factor, columns: Some(columns) }
     }
 
-    /// Returns N^T M x for the N of `table`.
-    pub fn momentum(
+    /// Returns N^T (f - M p) for the N of `table`.
+    pub fn forces(
         &self,
         binder: &mut Binder,
         kinematics: &Kinematics,
         table: &[Vec<Expr>],
-        x: &[Expr],
-        name: &str,
+        imbalance: Imbalance,
     ) -> Vec<Expr> {
-        match &self.moving {
-            Moving::Bodies(columns) => {
-                let twists = twists(binder, kinematics, x, &format!("closing_{name}"));
-                let product = |(k, column): (usize, &Vec<(Twist, Wrench)>)| {
-                    let rotors = of_rotors(kinematics, |joint| &table[joint][k] * &x[joint]);
-                    let pairs = twists.iter().zip(column);
-                    pairs.fold(rotors, |sum, (x, (_, momentum))| &sum + &x.with(momentum))
-                };
-                columns.iter().enumerate().map(product).collect()
+        match &self.columns {
+            None => transposed(table, &imbalance.by_speed(binder, kinematics).0),
+            Some(columns) => {
+                let of_joints = transposed(table, &imbalance.torques);
+                let pairs = columns.iter().zip(of_joints);
+                pairs.map(|(twists, sum)| power(twists, &imbalance.wrenches, sum)).collect()
             }
-            Moving::Joints(products) => transposed(products, x),
         }
     }
+}
+
+impl Metric {
+    /// Derives M N for the N of `table`.
+    pub fn new(
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        inertias: &Inertias,
+        table: &[Vec<Expr>],
+    ) -> Self {
+        let d = independent(table);
+        let products = if d > FEW {
+            products(binder, kinematics, inertias, table)
+        } else {
+            products_of_few(binder, kinematics, inertias, table)
+        };
+        let entry = |k: usize, l: usize| {
+            let terms = table.iter().zip(&products).map(|(n, mn)| &n[k] * &mn[l]);
+            terms.fold(Expr::zero(), |sum, term| &sum + &term)
+        };
+        let factor = Factor::new(binder, entries(d, entry));
+        Self { products, factor }
+    }
+}
+
+/// Returns the number of independent speeds.
+fn independent(table: &[Vec<Expr>]) -> usize {
+    table.first().map_or(0, Vec::len)
+}
+
+/// Returns the entries on and below the diagonal of a symmetric matrix, and zeros above.
+fn entries(d: usize, of: impl Fn(usize, usize) -> Expr) -> Vec<Vec<Expr>> {
+    let entry = |k: usize, l: usize| if l <= k { of(k, l) } else { Expr::zero() };
+    (0..d).map(|k| (0..d).map(|l| entry(k, l)).collect()).collect()
+}
+
+/// Returns `sum` plus the sum of w . n + v . f over the nodes.
+fn power(twists: &[Twist], wrenches: &[Wrench], sum: Expr) -> Expr {
+    let pairs = twists.iter().zip(wrenches);
+    pairs.fold(sum, |sum, (Twist { omega, velocity }, Wrench { force, moment })| {
+        &(&sum + &dot(omega, moment)) + &dot(velocity, force)
+    })
 }
 
 /// Returns the sum over the motors of the inertia of the rotor times a factor of its joint.
@@ -107,7 +132,7 @@ fn of_rotors(kinematics: &Kinematics, factor: impl Fn(usize) -> Expr) -> Expr {
     terms.fold(Expr::zero(), |sum, term| &sum + &term)
 }
 
-/// Returns M N.
+/// Returns M N by way of M.
 fn products(
     binder: &mut Binder,
     kinematics: &Kinematics,
@@ -129,13 +154,6 @@ fn products(
         );
     }
     products
-}
-
-impl Twist {
-    /// Returns w . n + v . f.
-    fn with(&self, momentum: &Wrench) -> Expr {
-        &dot(&self.omega, &momentum.moment) + &dot(&self.velocity, &momentum.force)
-    }
 }
 
 /// Returns the velocities of the nodes of the tree at speeds u, by node.
@@ -173,21 +191,54 @@ fn twists(binder: &mut Binder, kinematics: &Kinematics, u: &[Expr], name: &str) 
     twists
 }
 
-fn with_momenta(
+/// Returns the columns of N as motions of the nodes, by independent speed.
+fn columns(binder: &mut Binder, kinematics: &Kinematics, table: &[Vec<Expr>]) -> Vec<Vec<Twist>> {
+    let mut columns = Vec::new();
+    for k in 0..independent(table) {
+        let column: Vec<Expr> = table.iter().map(|row| row[k].clone()).collect();
+        columns.push(twists(binder, kinematics, &column, &format!("partial{k}")));
+    }
+    columns
+}
+
+/// Returns the momenta of the nodes at the velocities of independent speed k.
+fn momenta_of(
     binder: &mut Binder,
     kinematics: &Kinematics,
     inertias: &Inertias,
-    twists: Vec<Twist>,
-    name: &str,
-) -> Vec<(Twist, Wrench)> {
-    let links = kinematics.links().iter().zip(inertias.minimal());
+    twists: &[Twist],
+    k: usize,
+) -> Vec<Wrench> {
+    let name = format!("partial{k}_momentum");
+    let links = kinematics.links().iter().zip(inertias.minimal()).zip(twists);
     links
-        .zip(twists)
         .map(|((link, inertia), twist)| {
             let momentum = inertia.wrench(&twist.omega, &twist.velocity);
-            let name = format!("{name}_momentum");
-            let momentum = binder.wrench(link.node, Phase::NullSpaceMotion, &name, momentum);
-            (twist, momentum)
+            binder.wrench(link.node, Phase::NullSpaceMotion, &name, momentum)
         })
         .collect()
+}
+
+/// Returns M N by sums of the bodies' momenta from the leaves to the root.
+fn products_of_few(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    inertias: &Inertias,
+    table: &[Vec<Expr>],
+) -> Vec<Vec<Expr>> {
+    let phase = Phase::IndependentInertia;
+    let mut products = vec![vec![Expr::zero(); independent(table)]; table.len()];
+    for (k, twists) in columns(binder, kinematics, table).iter().enumerate() {
+        let momenta = momenta_of(binder, kinematics, inertias, twists, k);
+        let name = format!("momentum{k}_beyond");
+        let beyond = gathered(binder, kinematics, phase, &name, momenta);
+        for link in kinematics.links() {
+            for (speed, along) in along_speeds(kinematics, link.node, &beyond[link.node.index()]) {
+                let name = format!("momentum_{}_by_{k}", binder.speed_name(speed));
+                let value = &along + &(&link.rotor * &table[speed][k]);
+                products[speed][k] = binder.bind(Section::body(link.node, phase), name, value);
+            }
+        }
+    }
+    products
 }

@@ -31,7 +31,7 @@ use lamc_runtime::constants::WEIGHT_OF_ENTRY;
 pub use self::elimination::Elimination;
 use self::elimination::transposed;
 use self::free::FreeInertia;
-use self::inertia::Inertia;
+use self::inertia::{Inertia, Metric};
 pub use self::terms::Parts;
 use super::binder::Binder;
 use super::closure::Closure;
@@ -85,26 +85,26 @@ impl IndependentSpeeds {
     fn of_joints(binder: &mut Binder, phases: &Phases, elimination: &Elimination) -> Self {
         let Phases { frames, kinematics, inertias: shared, closure, .. } = phases;
         let inertias = Inertias::of_whole_bodies(binder, frames);
-        let inertia = Inertia::new(binder, kinematics, &inertias, elimination);
+        let inertia = Inertia::new(binder, kinematics, &inertias, &elimination.null_space);
         let given = elimination.solve(binder, &opening(closure), "given");
-        let (forces, _) = imbalance(binder, phases, &inertias, given.clone());
-        let reduced = transposed(&elimination.null_space, &forces);
+        let loads = Imbalance::new(binder, phases, &inertias, given.clone());
+        let reduced = inertia.forces(binder, kinematics, &elimination.null_space, loads);
         let y = inertia.factor.solve(binder, reduced, "independent");
         let accelerations = elimination.combined(binder, &given, &y, "acceleration", 1.0);
         let conditioning = conditioning(binder, closure, elimination);
         let margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning.clone()];
         // The metric of a projection is that of M, also where the loops are open.
-        let inertia = Inertia::new(binder, kinematics, shared, elimination);
+        let Metric { products, factor } =
+            Metric::new(binder, kinematics, shared, &elimination.null_space);
         let mut correct = |wanted: &[Expr], name: &str| {
             let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
-            let reduced =
-                inertia.momentum(binder, kinematics, &elimination.null_space, &given, name);
-            let y = inertia.factor.solve(binder, reduced, &format!("along_{name}"));
+            let reduced = transposed(&products, &given);
+            let y = factor.solve(binder, reduced, &format!("along_{name}"));
             elimination.combined(binder, &given, &y, &format!("correction_{name}"), -1.0)
         };
         let positions = correct(&closure.row_residual, "q");
         let speeds = correct(&closure.row_velocity, "u");
-        let projection_margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning];
+        let projection_margin = vec![factor.least_inverse_pivot(binder), conditioning];
         Self { accelerations, margin, positions, speeds, projection_margin }
     }
 
@@ -115,7 +115,8 @@ impl IndependentSpeeds {
         let inertia = FreeInertia::new(binder, kinematics, &inertias, table);
         let given = elimination.solve(binder, &opening(closure), "given");
         let at_rest = vec![Expr::zero(); given.len()];
-        let (forces, beyond) = imbalance(binder, phases, &inertias, at_rest);
+        let imbalance = Imbalance::new(binder, phases, &inertias, at_rest);
+        let (forces, beyond) = imbalance.by_speed(binder, kinematics);
         let reduced = transposed(table, &forces);
         let on_root = |node: NodeId| beyond[node.index()].clone();
         let solution = inertia.solve(binder, &given, reduced, on_root, "independent");
@@ -153,33 +154,53 @@ fn opening(closure: &Closure) -> Vec<Expr> {
     closure.gamma.iter().map(|gamma| -gamma).collect()
 }
 
-/// Returns f - M a of the joints at given a of the joints, and the wrenches on each node and all beyond it, at
-/// the accelerations of a free body that falls with its origin.
-fn imbalance(
-    binder: &mut Binder,
-    phases: &Phases,
-    inertias: &Inertias,
-    accelerations: Vec<Expr>,
-) -> (Vec<Expr>, Vec<Wrench>) {
-    let Phases { kinematics, loads, .. } = phases;
-    let given = Given::of(accelerations);
-    let motion = GivenMotion::on_tree(binder, kinematics, &given);
-    let phase = Phase::InverseDynamics;
-    let names = WrenchNames { gravity_phase: phase, phase, name: "net" };
-    let motion_of = |node| motion.of(node);
-    let wrenches =
-        loads.on_falling_bodies(binder, kinematics, inertias.minimal(), motion_of, &names);
-    let beyond = gathered(binder, kinematics, phase, "balance", wrenches);
-    let mut imbalance = vec![Expr::zero(); binder.mechanism().speeds()];
-    for link in kinematics.links().iter().filter(|link| link.hinge().is_some()) {
-        for (speed, along) in along_speeds(kinematics, link.node, &beyond[link.node.index()]) {
-            let name = format!("imbalance_{}", binder.speed_name(speed));
-            let rotor = &link.rotor * &given.accelerations()[speed];
-            let value = &(&along + loads.torque(link.node)) - &rotor;
-            imbalance[speed] = binder.bind(Section::body(link.node, phase), name, value);
+/// f - M a of the joints at given a of the joints and the accelerations of a free body that falls with its origin.
+struct Imbalance {
+    /// The wrench on each node.
+    wrenches: Vec<Wrench>,
+    /// What the joints themselves add, by speed.
+    torques: Vec<Expr>,
+}
+
+impl Imbalance {
+    fn new(
+        binder: &mut Binder,
+        phases: &Phases,
+        inertias: &Inertias,
+        accelerations: Vec<Expr>,
+    ) -> Self {
+        let Phases { kinematics, loads, .. } = phases;
+        let given = Given::of(accelerations);
+        let motion = GivenMotion::on_tree(binder, kinematics, &given);
+        let phase = Phase::InverseDynamics;
+        let names = WrenchNames { gravity_phase: phase, phase, name: "net" };
+        let motion_of = |node| motion.of(node);
+        let wrenches =
+            loads.on_falling_bodies(binder, kinematics, inertias.minimal(), motion_of, &names);
+        let mut torques = vec![Expr::zero(); binder.mechanism().speeds()];
+        for link in kinematics.links().iter().filter(|link| link.hinge().is_some()) {
+            for speed in link.speeds() {
+                let rotor = &link.rotor * &given.accelerations()[speed];
+                torques[speed] = loads.torque(link.node) - &rotor;
+            }
         }
+        Self { wrenches, torques }
     }
-    (imbalance, beyond)
+
+    /// Returns f - M a by speed, and the wrenches on each node and all beyond it.
+    fn by_speed(self, binder: &mut Binder, kinematics: &Kinematics) -> (Vec<Expr>, Vec<Wrench>) {
+        let Self { wrenches, torques: mut imbalance } = self;
+        let phase = Phase::InverseDynamics;
+        let beyond = gathered(binder, kinematics, phase, "balance", wrenches);
+        for link in kinematics.links().iter().filter(|link| link.hinge().is_some()) {
+            for (speed, along) in along_speeds(kinematics, link.node, &beyond[link.node.index()]) {
+                let name = format!("imbalance_{}", binder.speed_name(speed));
+                let value = &along + &imbalance[speed];
+                imbalance[speed] = binder.bind(Section::body(link.node, phase), name, value);
+            }
+        }
+        (imbalance, beyond)
+    }
 }
 
 /// Returns by how much the elimination can be trusted: the square of the smallest pivot of the closure over

@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use super::elimination::Elimination;
-use super::{Phases, folded, imbalance, inverse_pivots, opening};
+use super::{Imbalance, Phases, folded, inverse_pivots, opening};
 use crate::kane::binder::Binder;
 use crate::kane::inertia::Inertias;
 use crate::kane::kinematics::Kinematics;
@@ -51,7 +51,8 @@ impl Parts {
         let order = branches(kinematics);
         let whole = Inertias::of_whole_bodies(binder, frames);
         let given = elimination.solve(binder, &opening(closure), "given");
-        let (forces, _) = imbalance(binder, phases, &whole, given.clone());
+        let imbalance = Imbalance::new(binder, phases, &whole, given.clone());
+        let (forces, _) = imbalance.by_speed(binder, kinematics);
         let (pattern, coefficients) = coefficients(binder, &order, reduction, elimination);
         let sizes = inverse_pivots(binder, closure, elimination);
         let phase = Phase::EliminationMargin;
