@@ -211,6 +211,10 @@ constants! {
     /// Each restart perturbs the guess by so much more than the last one, rad.
     RESTART_REACH: f64 = 0.1;
 
+    /// Loops that the pinned angles leave open by no more than this, over the mechanism's size, are nearly closed: what is
+    /// given are rounded numbers.
+    NEARLY_CLOSED: f64 = 1e-2;
+
     /// A joint is bent to one side from this angle on, rad.
     BENT_ANGLE: f64 = 1e-4;
 

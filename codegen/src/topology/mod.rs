@@ -98,8 +98,10 @@ const FOLDS: [f64; 4] = [1.0, 0.7, 0.4, 1.2];
 /// Pivots of the closure that are due to rounding, as thresholds that are tried in turn.
 const PIVOTS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
 
-/// Loops are open that are open by more than this, over their length, next to the file's guess.
-const OPEN: f64 = 1e-10;
+/// Loops are open that are open by more than this, over their length, next to the file's guess: as drawn, and after hinge
+/// lines were moved.
+const OPEN: f64 = 1e-12;
+const STILL_OPEN: f64 = 1e-10;
 
 /// Shares of the finished fold near which a folded state is looked for, where the file's guess leads to none.
 const SHARES: [f64; 3] = [0.1, 0.05, 0.2];
@@ -149,7 +151,7 @@ fn unlocked(
             let moved = Mechanism { joints: lines, ..mechanism.clone() };
             let closure = Closure::new(&moved, nodes, chosen(loops, &moving), joints.clone());
             let state = mobility::nearly_closed(&closure, &guess, small);
-            if closure.largest_residual(&state) > OPEN || !is_folded(&state) {
+            if closure.largest_residual(&state) > STILL_OPEN || !is_folded(&state) {
                 continue;
             }
             if folds.amax() == 0.0 {

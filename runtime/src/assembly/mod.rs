@@ -21,9 +21,9 @@ use core::ops::Range;
 
 use crate::acceleration::not_finite;
 use crate::constants::{
-    BENT_ANGLE, BRANCH_RESTARTS, MOST_TURNS, NOISE_DROPPED, NOISE_FACTOR_1, NOISE_FACTOR_2,
-    NOISE_HALF, NOISE_INCREMENT, NOISE_SHIFT_1, NOISE_SHIFT_2, NOISE_STRIDE, RESTART_REACH,
-    RESTARTS, RESULT_NEAR, SEARCH_NEAR, SIGN_RESTARTS,
+    BENT_ANGLE, BRANCH_RESTARTS, MOST_TURNS, NEARLY_CLOSED, NOISE_DROPPED, NOISE_FACTOR_1,
+    NOISE_FACTOR_2, NOISE_HALF, NOISE_INCREMENT, NOISE_SHIFT_1, NOISE_SHIFT_2, NOISE_STRIDE,
+    RESTART_REACH, RESTARTS, RESULT_NEAR, SEARCH_NEAR, SIGN_RESTARTS,
 };
 use crate::linear::{copy, max_abs};
 use crate::plumbing::Dimensions;
@@ -47,7 +47,7 @@ pub struct Assembly<S> {
 /// should be at t (s).
 ///
 /// Joints whose entry in `pinned` (one per joint) is true keep their angle if the loops can close that way,
-/// and move like the others if not. Of the branches it finds, it prefers one in which no joint
+/// and move like the others if not: from where the loops nearly close, if they do at these angles. Of the branches it finds, it prefers one in which no joint
 /// has the sign opposite to its guess. On failure `q` is unchanged.
 ///
 /// # Errors
@@ -109,6 +109,7 @@ pub(crate) fn assemble_pinned<Y: Mechanism>(
     for held in holds {
         if !search.find(attempt, candidate, held, 0..RESTARTS)? {
             if (0..joints).any(is_pinned) {
+                search.follow(attempt, held)?;
                 continue;
             }
             break;
@@ -291,6 +292,18 @@ impl<Y: Mechanism> Search<'_, Y> {
             self.note_failure(q);
         }
         Ok(false)
+    }
+
+    /// Where the loops nearly close at the held angles, the guess of the other joints becomes their angles there. Held angles
+    /// that agree but for rounding are then hardly moved.
+    fn follow(&mut self, q: &mut [Y::Scalar], held: &dyn Fn(usize) -> bool) -> Result<(), Error> {
+        copy(q, self.guess)?;
+        self.close(q, held)?;
+        let nearly = Y::Scalar::from_f64(NEARLY_CLOSED) * self.system.size();
+        if max_abs(self.residual) <= nearly {
+            copy(self.guess, q)?;
+        }
+        Ok(())
     }
 
     /// Looks for a branch with the signs of the guess, or else for a nearer one: a guess between

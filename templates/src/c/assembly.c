@@ -65,6 +65,16 @@ static int find(struct search *search, real *q, const unsigned char *held, int f
     return 0;
 }
 
+/* Where the loops nearly close at the held angles, the guess of the other joints becomes their angles there. Held
+ * angles that agree but for rounding are then hardly moved. */
+static void follow(struct search *search, real *q, const unsigned char *held)
+{
+    copy(q, search->guess, COORDINATES);
+    close_loops(search, q, held);
+    if (largest_magnitude(search->residual, LOOP_RESIDUALS) <= NEARLY_CLOSED * MECHANISM_SIZE)
+        copy(search->guess, q, COORDINATES);
+}
+
 /* Looks for a branch with the signs of the guess, or else for a nearer one: a guess between two branches may
  * have led to the singular state where they meet. */
 static void improve(struct search *search, real t, real *q, const unsigned char *held, const parameters *p,
@@ -89,7 +99,7 @@ static void improve(struct search *search, real t, real *q, const unsigned char 
 }
 
 /* Closes the loops: q is the guess and the result. Joints that are pinned keep their angle if the loops can
- * close that way; pinned may be null. Where it fails, q stays as it is. */
+ * close that way, and move from where the loops nearly close if they do; pinned may be null. Where it fails, q stays as it is. */
 PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const parameters *p, const inputs *in)
 {
     struct search search;
@@ -109,6 +119,7 @@ PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const paramet
     if (!find(&search, found, held, 0, RESTARTS)) {
         if (!held)
             return status_not_closed;
+        follow(&search, found, held);
         held = 0;
         if (!find(&search, found, held, 0, RESTARTS))
             return status_not_closed;
