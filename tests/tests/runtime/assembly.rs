@@ -7,6 +7,7 @@ use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
 use lamc_runtime::{Error, Mechanism, assemble};
 use lamc_tests::random::Random;
+use lamc_tests::sheets::miura;
 use lamc_tests::{EXAMPLES, compile, compile_text, designs, largest, workspace};
 
 const GUESSES: usize = 1000;
@@ -82,4 +83,29 @@ fn failure_names_loop_residual_and_joint() {
     };
     assert!(residual > 1e-3, "{residual:e}");
     assert_eq!(q, [0.7, 0.0, 0.0, 0.0], "a failure leaves the guess");
+}
+
+/// Of a vertex of four creases, two angles are given that agree but for rounding: both are kept but for that, wherever the others
+/// begin.
+#[test]
+fn given_angles_that_nearly_agree_are_kept() {
+    let system = Interpreter::new(&compile_text(&miura(2, 2)).program);
+    let mut workspace = system.workspace();
+    let mut assembled = |guess: &[f64; 4], pinned: [usize; 2]| {
+        let pinned = [0, 1, 2, 3].map(|joint| pinned.contains(&joint));
+        let mut q = *guess;
+        assemble(&system, 0.0, &mut q, &pinned, &mut workspace).unwrap();
+        q
+    };
+    for fold in [0.3, 0.8, 1.3] {
+        for other in 1..4 {
+            let closed = assembled(&[fold, 0.1, 0.1, 0.1], [0, 0]);
+            assert!((closed[0] - fold).abs() < 1e-12 && closed[other].abs() > 0.05, "{closed:?}");
+            let mut given = [fold, 0.0, 0.0, 0.0];
+            given[other] = (closed[other] * 1e3).round() / 1e3;
+            let q = assembled(&given, [0, other]);
+            let off = [0, other].map(|joint| q[joint] - given[joint]);
+            assert!(largest(&off) < 2e-3, "{given:?} becomes {q:?}");
+        }
+    }
 }

@@ -29,10 +29,10 @@ use crate::laminate::{Joint, direction};
 const LOST: f64 = 1e-2;
 /// Largest gap of a loop at the states from which the search begins, rad.
 const NEARLY: f64 = 3e-2;
-/// Loops count as closed below this gap, rad, and points as met below this distance over the size. Between a tenth of it and
-/// the whole, Newton's method ends for every fifth drawing: the lines, which then pass exactly through the points of their
-/// vertices, mostly close better.
+/// Loops count as closed below this gap, rad, and points as met below this distance over the size.
 const CLOSED: f64 = 5e-11;
+/// Below this, steps that do not help are the last.
+const ENOUGH: f64 = 5e-12;
 /// Largest number of Newton steps, and of rounds in which weights are raised.
 const STEPS: usize = 60;
 const ROUNDS: usize = 8;
@@ -141,7 +141,7 @@ impl<'a> Problem<'a> {
             if open < best.0 {
                 best = (open, self.x.clone());
             }
-            if stalled > MOST_STALLED || (stalled > 0 && best.0 <= CLOSED) {
+            if stalled > MOST_STALLED || (stalled > 0 && best.0 <= ENOUGH) {
                 break;
             }
             let step = self.step(&equations, lost)?;

@@ -70,39 +70,55 @@ fn folded(n: usize, zigzag: f64) -> Vec<f64> {
     angles
 }
 
-/// A sheet whose drawing is turned and rounded moves, by hinge lines that move less than the rounding.
+/// Checks that a sheet whose drawing is turned and rounded moves, by hinge lines that move less than the rounding, from the
+/// guess.
+fn check_rounded(n: usize, degrees: f64, decimals: i32) {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let unit = 10.0_f64.powi(-decimals);
+    let rounded = |x: f64| (x / unit).round() * unit;
+    // Plates of 30 mm, in mm.
+    let turned = |[x, y]: [f64; 2]| {
+        [rounded(30.0 * (cos * x - sin * y)), rounded(30.0 * (sin * x + cos * y))]
+    };
+    let mut hinges = miura(n);
+    hinges.iter_mut().for_each(|hinge| hinge.line = hinge.line.map(turned));
+    let mut drawn = mechanism(&hinges);
+    drawn.tolerance = 0.5 * unit;
+    drawn.initial_q = folded(n, 0.7);
+    let topology = build(drawn.clone()).unwrap();
+    let name = format!("{n} x {n}, turned by {degrees} deg, {decimals} decimals");
+    assert_eq!((topology.rank, topology.mobility), (hinges.len() - 1, 1), "{name}");
+    let q = topology.assembled.as_ref().unwrap();
+    assert!(largest_gap(&topology, q) < 1e-10 * drawn.size, "{name}");
+    let off = q.iter().zip(&drawn.initial_q).map(|(q, guess)| (q - guess).abs());
+    assert!(largest(off) < 0.05, "{name}: {q:?}");
+    // Along both axes by the tolerance, and what ends a search.
+    let allowed = 1.05 * 2.0_f64.sqrt() * drawn.tolerance;
+    for (joint, drawn) in topology.mechanism.joints.iter().zip(&drawn.joints) {
+        for end in [drawn.point, drawn.point + drawn.direction * drawn.length] {
+            let off = (end - joint.point).cross(&joint.direction).norm();
+            assert!(off <= allowed, "{name}: {off:e}");
+        }
+    }
+}
+
 #[test]
 fn rounded_miura_sheets_move() {
     for (n, degrees, decimals) in
         [(3, 37.3, 4), (3, 0.0, 2), (4, 71.0, 12), (6, 37.3, 2), (6, 123.4, 3), (10, 11.0, 6)]
     {
-        let (sin, cos) = f64::to_radians(degrees).sin_cos();
-        let unit = 10.0_f64.powi(-decimals);
-        let rounded = |x: f64| (x / unit).round() * unit;
-        // Plates of 30 mm, in mm.
-        let turned = |[x, y]: [f64; 2]| {
-            [rounded(30.0 * (cos * x - sin * y)), rounded(30.0 * (sin * x + cos * y))]
-        };
-        let mut hinges = miura(n);
-        hinges.iter_mut().for_each(|hinge| hinge.line = hinge.line.map(turned));
-        let mut drawn = mechanism(&hinges);
-        drawn.tolerance = 0.5 * unit;
-        drawn.initial_q = folded(n, 0.7);
-        let topology = build(drawn.clone()).unwrap();
-        let name = format!("{n} x {n}, turned by {degrees} deg, {decimals} decimals");
-        assert_eq!((topology.rank, topology.mobility), (hinges.len() - 1, 1), "{name}");
-        let q = topology.assembled.as_ref().unwrap();
-        assert!(largest_gap(&topology, q) < 1e-10 * drawn.size, "{name}");
-        let off = q.iter().zip(&drawn.initial_q).map(|(q, guess)| (q - guess).abs());
-        assert!(largest(off) < 0.05, "{name}: {q:?}");
-        // Along both axes by the tolerance, and what ends a search.
-        let allowed = 1.05 * 2.0_f64.sqrt() * drawn.tolerance;
-        for (joint, drawn) in topology.mechanism.joints.iter().zip(&drawn.joints) {
-            for end in [drawn.point, drawn.point + drawn.direction * drawn.length] {
-                let off = (end - joint.point).cross(&joint.direction).norm();
-                assert!(off <= allowed, "{name}: {off:e}");
-            }
+        check_rounded(n, degrees, decimals);
+    }
+}
+
+/// Where the search for the lines ends depends on every digit of a drawing.
+#[test]
+fn small_rounded_sheets_move_however_they_are_turned() {
+    for decimals in [2, 3, 4, 6, 9] {
+        for turn in 0..12 {
+            check_rounded(3, 3.1 + 7.3 * f64::from(turn), decimals);
         }
+        check_rounded(4, 17.0 * f64::from(decimals), decimals);
     }
 }
 
