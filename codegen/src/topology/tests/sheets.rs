@@ -7,11 +7,19 @@ use crate::arithmetic::largest;
 use crate::topology::rounded::{Vertex, unlocked};
 use crate::topology::{LoopClass, build};
 
-/// A Miura-ori sheet of n x n facets: parallelograms in columns that zigzag.
+/// A Miura-ori sheet of n x n facets.
 fn miura(n: usize) -> Vec<Hinge> {
+    sheet(n, CORNER)
+}
+
+/// From a corner of a facet of Miura-ori to the next one along a column.
+const CORNER: [f64; 2] = [0.6, 1.0];
+
+/// A sheet of n x n facets: parallelograms in columns that zigzag.
+fn sheet(n: usize, [lean, height]: [f64; 2]) -> Vec<Hinge> {
     let vertex = |row: usize, column: usize| {
-        let lean = if row.is_multiple_of(2) { 0.0 } else { 0.6 };
-        [column as f64 + lean, row as f64]
+        let lean = if row.is_multiple_of(2) { 0.0 } else { lean };
+        [column as f64 + lean, row as f64 * height]
     };
     let facet = |row: usize, column: usize| row * n + column;
     let mut hinges = Vec::new();
@@ -51,9 +59,9 @@ fn miura_sheets_have_one_degree_of_freedom() {
     }
 }
 
-/// The angles of a Miura sheet whose zigzag creases are folded by `zigzag`, in the order of its hinges.
-fn folded(n: usize, zigzag: f64) -> Vec<f64> {
-    let corner = 1.0_f64.atan2(0.6);
+/// The angles of a sheet whose zigzag creases are folded by `zigzag`, in the order of its hinges.
+fn folded(n: usize, [lean, height]: [f64; 2], zigzag: f64) -> Vec<f64> {
+    let corner = height.atan2(lean);
     let straight = 2.0 * (corner.cos() * (zigzag / 2.0).tan()).atan();
     let sign = |even: bool| if even { 1.0 } else { -1.0 };
     let mut angles = Vec::new();
@@ -72,21 +80,22 @@ fn folded(n: usize, zigzag: f64) -> Vec<f64> {
 
 /// Checks that a sheet whose drawing is turned and rounded moves, by hinge lines that move less than the rounding, from the
 /// guess.
-fn check_rounded(n: usize, degrees: f64, decimals: i32) {
-    let (sin, cos) = degrees.to_radians().sin_cos();
+fn check_rounded(n: usize, corner: [f64; 2], zigzag: f64, turn: f64, decimals: i32) {
+    let (sin, cos) = turn.sin_cos();
     let unit = 10.0_f64.powi(-decimals);
     let rounded = |x: f64| (x / unit).round() * unit;
     // Plates of 30 mm, in mm.
     let turned = |[x, y]: [f64; 2]| {
         [rounded(30.0 * (cos * x - sin * y)), rounded(30.0 * (sin * x + cos * y))]
     };
-    let mut hinges = miura(n);
+    let mut hinges = sheet(n, corner);
     hinges.iter_mut().for_each(|hinge| hinge.line = hinge.line.map(turned));
     let mut drawn = mechanism(&hinges);
     drawn.tolerance = 0.5 * unit;
-    drawn.initial_q = folded(n, 0.7);
+    // As a person would write them.
+    drawn.initial_q = folded(n, corner, zigzag).iter().map(|q| (q * 1e4).round() / 1e4).collect();
     let topology = build(drawn.clone()).unwrap();
-    let name = format!("{n} x {n}, turned by {degrees} deg, {decimals} decimals");
+    let name = format!("{n} x {n}, turned by {turn} rad, {decimals} decimals");
     assert_eq!((topology.rank, topology.mobility), (hinges.len() - 1, 1), "{name}");
     let q = topology.assembled.as_ref().unwrap();
     assert!(largest_gap(&topology, q) < 1e-10 * drawn.size, "{name}");
@@ -107,18 +116,21 @@ fn rounded_miura_sheets_move() {
     for (n, degrees, decimals) in
         [(3, 37.3, 4), (3, 0.0, 2), (4, 71.0, 12), (6, 37.3, 2), (6, 123.4, 3), (10, 11.0, 6)]
     {
-        check_rounded(n, degrees, decimals);
+        check_rounded(n, CORNER, 0.7, f64::to_radians(degrees), decimals);
     }
 }
 
 /// Where the search for the lines ends depends on every digit of a drawing.
 #[test]
 fn small_rounded_sheets_move_however_they_are_turned() {
-    for decimals in [2, 3, 4, 6, 9] {
-        for turn in 0..12 {
-            check_rounded(3, 3.1 + 7.3 * f64::from(turn), decimals);
+    let corner = [0.5, 0.75_f64.sqrt()];
+    for (n, turn, decimals) in [(3, 0.85, 3), (3, 0.675, 6), (3, 1.15, 2), (4, 0.8, 2)] {
+        check_rounded(n, corner, 0.8, turn, decimals);
+    }
+    for decimals in [2, 4, 9] {
+        for turn in 0..10 {
+            check_rounded(3, corner, 0.8, 0.05 + 0.15 * f64::from(turn), decimals);
         }
-        check_rounded(4, 17.0 * f64::from(decimals), decimals);
     }
 }
 
@@ -129,7 +141,7 @@ fn exact_sheets_keep_their_bits() {
     let mut drawn = mechanism(&hinges);
     drawn.tolerance = 1e-4;
     for wild in [0.1, 0.4, 0.9] {
-        let angles = folded(3, 0.7).into_iter().enumerate();
+        let angles = folded(3, CORNER, 0.7).into_iter().enumerate();
         drawn.initial_q = angles.map(|(i, q)| q + wild * (i as f64).sin()).collect();
         let topology = build(drawn.clone()).unwrap();
         assert_eq!(topology.mobility, 1);
