@@ -1,4 +1,4 @@
-//! Which goals stand against each other at the best design, and what cannot be kept.
+//! Which goals stand against each other at the best design, what cannot be kept, and what stopped the search.
 //!
 //! Where a sum of squares is least, the gradients of its parts add up to zero, but for what the ends of the ranges and the
 //! constraints hold back. Goals whose own gradient is not zero there would come nearer at the cost of others.
@@ -8,6 +8,7 @@ use nalgebra::RowDVector;
 
 use super::Outcome;
 use super::evaluate::{Evaluation, Problem};
+use super::goals::Norm;
 use super::local::KEPT;
 
 /// A goal that is missed by less than this is met; it has no unit.
@@ -16,6 +17,10 @@ const MET: f64 = 1e-6;
 const PULLS: f64 = 1e-3;
 /// Shares of a range within which a variable is at its end: solvers stay inside.
 const AT_END: f64 = 1e-3;
+/// How far designs are looked at along which goals come nearer, as shares of the ranges.
+const AHEAD: [f64; 2] = [1e-3, 1e-2];
+/// Goals come nearer if the sum of squares falls by this share on the way ahead.
+const NEARER: f64 = 1e-5;
 
 /// Remarks on the best design, a sentence each.
 pub fn remarks(problem: &Problem<'_>, outcome: &Outcome) -> Vec<String> {
@@ -63,7 +68,44 @@ pub fn remarks(problem: &Problem<'_>, outcome: &Outcome) -> Vec<String> {
     if broken.is_empty() && !binding.is_empty() {
         remarks.push(format!("at its limit: {}", binding.join(", ")));
     }
+    if broken.is_empty()
+        && binding.is_empty()
+        && let Some(reason) = barrier(problem, &best.evaluation, &best.x)
+    {
+        remarks.push(format!(
+            "the goals would come nearer beyond this design, but the next designs cannot be evaluated: {reason}"
+        ));
+    }
     remarks
+}
+
+/// Why designs cannot be evaluated a short way along which the goals would come nearer.
+fn barrier(problem: &Problem<'_>, evaluation: &Evaluation, x: &[f64]) -> Option<String> {
+    let goals = &problem.goals;
+    let objective = evaluation.objective(goals);
+    if goals.norm != Norm::Squares || objective.sqrt() <= MET {
+        return None;
+    }
+    let mut gradient: RowDVector<f64> = RowDVector::zeros(x.len());
+    for residual in evaluation.residuals(goals) {
+        gradient += 2.0 * residual.value * &residual.slope;
+    }
+    hold_at_ends(&mut gradient, x);
+    let steepness = gradient.norm();
+    let ahead = AHEAD.into_iter().filter(|way| way * steepness > NEARER * objective);
+    ahead.into_iter().find_map(|way| {
+        let next =
+            x.iter().zip(&gradient).map(|(x, by)| (x - way * by / steepness).clamp(0.0, 1.0));
+        problem.evaluate(&next.collect::<Vec<_>>()).err()
+    })
+}
+
+/// Takes away what leads out of the ranges.
+fn hold_at_ends(gradient: &mut RowDVector<f64>, x: &[f64]) {
+    for (entry, share) in gradient.iter_mut().zip(x) {
+        let is_held = (*share < AT_END && *entry > 0.0) || (*share > 1.0 - AT_END && *entry < 0.0);
+        *entry = if is_held { 0.0 } else { *entry };
+    }
 }
 
 /// The goals that are not met and would come nearer with another design.
@@ -76,12 +118,7 @@ fn pulling(problem: &Problem<'_>, evaluation: &Evaluation, x: &[f64]) -> Vec<Str
             square += part.value * part.value / reached.errors.len() as f64;
             gradient += goal.weight * part.value / reached.errors.len() as f64 * &part.slope;
         }
-        // What leads out of the ranges does not count.
-        for (entry, share) in gradient.iter_mut().zip(x) {
-            let is_held =
-                (*share < AT_END && *entry > 0.0) || (*share > 1.0 - AT_END && *entry < 0.0);
-            *entry = if is_held { 0.0 } else { *entry };
-        }
+        hold_at_ends(&mut gradient, x);
         if square.sqrt() > MET {
             gradients.push((&goal.name, gradient.norm()));
         }

@@ -60,8 +60,9 @@ pub static INITIAL: Mapping = Mapping {
     name: "initial",
     title: "Initial state",
     path: "initial",
-    doc: "Angles and speeds at the start, by joint. Those of other joints start at 0; closed \
-          loops change all of them as little as possible.",
+    doc: "Angles and speeds at the start, by joint. Those of other joints start at 0. If \
+          the loops can close with the given angles, these are kept; if they nearly can, as with rounded numbers, these \
+          hardly change; otherwise closed loops change all angles as little as possible.",
     keys: &[
         key(
             "q",

@@ -76,7 +76,7 @@ fn small_motions_of_a_sheet_have_exact_derivatives_next_to_flat_too() {
     check(&problem, &[0.3, 0.57], STEP, 1e-9);
     // Here everything is a power of the fold, which a step must not change by much, and the state of rest, good to 1e-12, is
     // differenced.
-    check(&problem, &[0.3, 0.01], 0.2 * STEP, 2e-7);
+    check(&problem, &[0.3, 0.01], 0.35 * STEP, 2e-7);
 }
 
 #[test]
