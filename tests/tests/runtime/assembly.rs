@@ -105,7 +105,7 @@ fn given_angles_that_nearly_agree_are_kept() {
             given[other] = (closed[other] * 1e3).round() / 1e3;
             let q = assembled(&given, [0, other]);
             let off = [0, other].map(|joint| q[joint] - given[joint]);
-            assert!(largest(&off) < 2e-3, "{given:?} becomes {q:?}");
+            assert!(largest(off) < 2e-3, "{given:?} becomes {q:?}");
         }
     }
 }
