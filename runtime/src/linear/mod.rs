@@ -82,16 +82,9 @@ pub(crate) fn copy<S: Copy>(to: &mut [S], from: &[S]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Largest magnitude; NaN if any entry is. By several maxima, because each number waits for what its maximum was before.
+/// Largest magnitude; NaN if any entry is.
 pub(crate) fn max_abs<S: Arithmetic>(values: &[S]) -> S {
-    let (chunks, rest) = values.as_chunks::<8>();
-    let mut maxima = [S::ZERO; 8];
-    for chunk in chunks {
-        for (largest, value) in maxima.iter_mut().zip(chunk) {
-            *largest = largest.max(value.abs());
-        }
-    }
-    maxima.iter().chain(rest).fold(S::ZERO, |largest, value| largest.max(value.abs()))
+    values.iter().fold(S::ZERO, |largest, value| largest.max(value.abs()))
 }
 
 /// A [`Tolerance`] of one algorithm alone.
