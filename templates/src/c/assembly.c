@@ -99,7 +99,8 @@ static void improve(struct search *search, real t, real *q, const unsigned char 
 }
 
 /* Closes the loops: q is the guess and the result. Joints that are pinned keep their angle if the loops can
- * close that way, and move from where the loops nearly close if they do; pinned may be null. Where it fails, q stays as it is. */
+ * close that way, and move from where the loops nearly close if they do; pinned may be null. Where it fails, q
+ * stays as it is. */
 PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const parameters *p, const inputs *in)
 {
     struct search search;
