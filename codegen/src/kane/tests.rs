@@ -126,6 +126,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         rank: 0,
         mobility: n,
         assembled: None,
+        infinitesimal: Vec::new(),
         warnings: Default::default(),
     }
 }

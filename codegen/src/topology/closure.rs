@@ -75,6 +75,11 @@ impl<'a> Closure<'a> {
         self.joint(self.joints[column]).limits
     }
 
+    /// Returns whether the angle of the joint of a column is prescribed.
+    pub fn is_driven(&self, column: usize) -> bool {
+        self.joint(self.joints[column]).drive.is_some()
+    }
+
     fn joint(&self, joint: JointId) -> &Joint {
         &self.mechanism.joints[joint.index()]
     }

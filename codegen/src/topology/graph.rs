@@ -44,13 +44,16 @@ pub struct Topology {
     /// Generic rank of the closure Jacobian of all loops together.
     pub rank: usize,
     /// Degrees of freedom: number of speeds minus `rank`. They are fewer if loops close in isolated
-    /// configurations only, although they have fewer equations than joints.
+    /// configurations only, although they have fewer equations than joints, and by the number of `infinitesimal` joints.
     pub mobility: usize,
     /// How the speeds of all joints follow from independent ones, if pivots were found that suit the
     /// motion; nothing without loops.
     pub reduction: Option<Reduction>,
     /// Joint angles of one closed configuration away from the flat state, if one was found.
     pub assembled: Option<Vec<f64>>,
+    /// Joints that turn only in infinitesimal motions, to which no finite motion belongs: as many as hold all such
+    /// joints if they are held.
+    pub infinitesimal: Vec<JointId>,
     /// Warnings (near misses, immobile loops).
     pub warnings: Diagnostics,
 }

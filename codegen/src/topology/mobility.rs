@@ -19,6 +19,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{DMatrix, DVector};
 
 use super::closure::Closure;
+use super::infinitesimal::Infinitesimal;
 use super::sparse::Echelon;
 
 /// Largest residual of a closed configuration, relative to a loop's length.
@@ -54,6 +55,8 @@ pub struct Mobility {
     pub mobility: usize,
     /// A closed configuration away from the flat state, one angle per column.
     pub assembled: Option<DVector<f64>>,
+    /// What the rank leaves free there, although no finite motion follows.
+    pub infinitesimal: Infinitesimal,
 }
 
 /// One closed configuration.
@@ -109,14 +112,19 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
     }
     match best {
         Some(Sample { q, rank, moves: true, .. }) => {
-            Mobility { rank, mobility: n - rank, assembled: Some(q) }
+            let infinitesimal = Infinitesimal::at(closure, &q);
+            let rank = if infinitesimal.holding.is_empty() { rank } else { infinitesimal.rank };
+            let mobility = n - rank - infinitesimal.holding.len();
+            Mobility { rank, mobility, assembled: Some(q), infinitesimal }
         }
         // At a double root the rank drops although nothing moves; near the root the equations show
         // this.
         isolated => {
             let beside = random_angles(closure, 1.0, &mut random);
             let assembled = isolated.map(|sample| sample.q).filter(|q| q.amax() > FLAT);
-            Mobility { rank: eliminated(closure, &beside).rank(), mobility: 0, assembled }
+            let rank = eliminated(closure, &beside).rank();
+            let infinitesimal = Infinitesimal::default();
+            Mobility { rank, mobility: 0, assembled, infinitesimal }
         }
     }
 }

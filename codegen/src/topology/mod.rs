@@ -6,6 +6,7 @@ mod closure;
 mod cycles;
 mod graph;
 mod inertia;
+mod infinitesimal;
 mod mobility;
 pub mod range;
 mod reduction;
@@ -15,6 +16,7 @@ mod sparse;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod warnings;
 
 pub use graph::*;
 pub use sparse::{Echelon, Row as SparseRow};
@@ -26,9 +28,11 @@ use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, JointId};
 use class::HingeLines;
 use closure::Closure;
+use infinitesimal::Infinitesimal;
 use mobility::mobility;
 use rounded::Vertex;
 use tree::Cut;
+use warnings::{jointly_immobile, overdriven, stretched};
 
 /// Makes nearly parallel and concurrent hinge lines exact, grows a spanning tree, cuts the loops
 /// and computes the mobility.
@@ -59,7 +63,7 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
         let closure = Closure::new(&mechanism, &nodes, &loops, joints);
         reduction::reduction(&closure, &DVector::from_column_slice(q), whole.rank)
     });
-    if let Some(warning) = overdriven(&mechanism, whole.mobility) {
+    if let Some(warning) = overdriven(&mechanism, whole.mobility, &whole.infinitesimal) {
         warnings.push(warning);
     }
     Ok(Topology {
@@ -70,6 +74,7 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
         mobility: whole.mobility,
         reduction,
         assembled: whole.assembled,
+        infinitesimal: whole.infinitesimal,
         warnings,
         mechanism,
     })
@@ -193,22 +198,6 @@ fn vertex(closed: &Loop, nodes: &[Node]) -> Option<Vertex> {
     Some(Vertex { hinges: there.chain(back).collect(), centre: centre.xy() })
 }
 
-/// Warns of more prescribed joints than degrees of freedom.
-fn overdriven(mechanism: &Mechanism, mobility: usize) -> Option<Diagnostic> {
-    let driven: Vec<_> = mechanism.joints.iter().filter(|joint| joint.drive.is_some()).collect();
-    let last = driven.last().filter(|_| driven.len() > mobility)?;
-    let names: Vec<_> = driven.iter().map(|joint| format!("`{}`", joint.name)).collect();
-    let message = format!(
-        "{} are driven, but the mechanism has only {mobility} {}",
-        names.join(", "),
-        if mobility == 1 { "degree of freedom" } else { "degrees of freedom" }
-    );
-    Some(Diagnostic::warning(codes::OVERDRIVEN, last.span, message).hint(
-        "unless the prescribed angles agree with the loops at all times, no motion is \
-             possible",
-    ))
-}
-
 /// Computes the mobility of one loop alone.
 fn closed_loop(
     mechanism: &Mechanism,
@@ -270,6 +259,7 @@ struct Whole {
     rank: usize,
     mobility: usize,
     assembled: Option<Vec<f64>>,
+    infinitesimal: Vec<JointId>,
 }
 
 /// Computes the mobility of all loops together.
@@ -283,7 +273,8 @@ fn whole(
     warnings: &mut Diagnostics,
 ) -> Whole {
     let n = mechanism.joints.len();
-    let mut whole = Whole { rank: 0, mobility: mechanism.speeds(), assembled: None };
+    let mut whole =
+        Whole { rank: 0, mobility: mechanism.speeds(), assembled: None, infinitesimal: Vec::new() };
     let mut q = vec![0.0; n];
     let mut held = vec![false; n];
     let (rigid, moving): (Vec<usize>, Vec<usize>) =
@@ -302,7 +293,15 @@ fn whole(
         whole.rank += found.rank;
         whole.mobility = whole.mobility + found.mobility - closure.joints.len();
         if found.mobility == 0 {
-            warnings.push(jointly_immobile(mechanism, loops, &group.loops, &closure, found.rank));
+            let locked = jointly_immobile(mechanism, loops, &group.loops, &closure, found.rank);
+            warnings.push(locked);
+        }
+        let Infinitesimal { stuck, holding, .. } = found.infinitesimal;
+        whole.infinitesimal.extend(holding.iter().map(|column| closure.joints[*column]));
+        if holding.iter().any(|column| !closure.is_driven(*column)) {
+            let named = if stuck.is_empty() { &holding } else { &stuck };
+            let named: Vec<_> = named.iter().map(|column| closure.joints[*column]).collect();
+            warnings.push(stretched(mechanism, &named));
         }
         if let Some(angles) = found.assembled {
             for (joint, angle) in closure.joints.iter().zip(angles.iter()) {
@@ -345,26 +344,6 @@ fn groups(loops: &[Loop], chosen: &[usize], held: &[bool]) -> Vec<Group> {
 
 fn chosen<'a>(loops: &'a [Loop], indices: &'a [usize]) -> impl Iterator<Item = &'a Loop> {
     indices.iter().map(|index| &loops[*index])
-}
-
-fn jointly_immobile(
-    mechanism: &Mechanism,
-    loops: &[Loop],
-    group: &[usize],
-    closure: &Closure,
-    rank: usize,
-) -> Diagnostic {
-    let hinge = |index: usize| &mechanism.joints[loops[index].joint.index()];
-    let names: Vec<_> = group.iter().map(|index| format!("`{}`", hinge(*index).name)).collect();
-    let message = format!(
-        "the loops closed by {} lock each other: their {} hinges cannot move ({rank} independent \
-         equations)",
-        names.join(", "),
-        closure.joints.len()
-    );
-    Diagnostic::warning(codes::IMMOBILE, hinge(group[0]).span, message).hint(
-        "remove a joint, or split bodies by further hinges, for instance all facets into triangles",
-    )
 }
 
 /// Returns the guess of the file for the joints that move.

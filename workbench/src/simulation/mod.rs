@@ -35,7 +35,7 @@ mod unfold;
 
 pub use error::{SimulationError, describe};
 pub use events::{Direction, Event, Reached, Watched};
-pub use rigid::{LooseRigidLoop, loose_rigid_loop};
+pub use rigid::{Loose, loose};
 pub use samples::{TooMany, sample_times};
 pub use start::{Asked, allowed, lost_fold, moves, start};
 pub use unfold::{Fold, unfold};

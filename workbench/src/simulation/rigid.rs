@@ -9,6 +9,7 @@
 //! has a solution u of small speeds even where no motion follows it: for three creases that meet in a point
 //! the angles are zero, but J has rank 2. No state next to this one is closed, so accelerations, modes and
 //! equilibria would be those of a motion that does not exist. Which loops cannot move is known from the topology.
+//! So are single joints that cannot move in loops that do: creases of a vertex that end at the straight edge of a plate.
 
 use std::fmt;
 
@@ -24,16 +25,16 @@ const DEPENDENT: f64 = 1e-6;
 /// Closure equations of a loop: three coordinates of three points.
 const ROWS: usize = 9;
 
-/// A loop that cannot move, and that is loose to first order.
+/// Joints that cannot move, and that are loose to first order.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LooseRigidLoop {
-    /// The names of its joints.
+pub struct Loose {
+    /// The names of the joints of a loop that cannot move; none if the loops of these joints do.
     pub joints: Vec<String>,
-    /// The joints that hold it if they are held, with their angles, rad.
+    /// The joints that hold the others if they are held, with their angles, rad.
     pub holding: Vec<(String, f64)>,
 }
 
-impl fmt::Display for LooseRigidLoop {
+impl fmt::Display for Loose {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<_> = self.joints.iter().map(|name| format!("`{name}`")).collect();
         // Adding zero turns -0 into 0.
@@ -41,18 +42,39 @@ impl fmt::Display for LooseRigidLoop {
             format!("--lock {name}={}deg", (angle.to_degrees() * 1e4).round() / 1e4 + 0.0)
         };
         let locks: Vec<_> = self.holding.iter().map(lock).collect();
+        let what = match names.is_empty() {
+            true => {
+                let held: Vec<_> =
+                    self.holding.iter().map(|(name, _)| format!("`{name}`")).collect();
+                format!("{} cannot turn, but the equations of the loops", held.join(", "))
+            }
+            false => format!(
+                "the loop of {} cannot move, but where its hinges lie in one plane, its equations",
+                names.join(", ")
+            ),
+        };
+        let it = if names.is_empty() && self.holding.len() > 1 { "them" } else { "it" };
         write!(
             f,
-            "the loop of {} cannot move, but where its hinges lie in one plane, its equations allow small \
-             motions, which do not exist: hold it by `{}` (`drive` in the model), or join its bodies",
-            names.join(", "),
+            "{what} allow small motions, which do not exist: hold {it} by `{}` (`drive` in the model), or join \
+             the bodies",
             locks.join(" ")
         )
     }
 }
 
-/// Returns the first loop that cannot move, alone, but is loose to first order at these angles.
-pub fn loose_rigid_loop(topology: &Topology, system: &Jit, q: &[f64]) -> Option<LooseRigidLoop> {
+/// Returns what cannot move but is loose to first order at these angles: the first such loop, else all single joints.
+pub fn loose(topology: &Topology, system: &Jit, q: &[f64]) -> Option<Loose> {
+    loose_rigid_loop(topology, system, q).or_else(|| {
+        let joints = &topology.mechanism.joints;
+        let at = topology.infinitesimal.iter().map(|joint| joint.index());
+        let free = at.filter(|joint| joints[*joint].drive.is_none());
+        let holding: Vec<_> = free.map(|joint| (joints[joint].name.clone(), q[joint])).collect();
+        (!holding.is_empty()).then(|| Loose { joints: Vec::new(), holding })
+    })
+}
+
+fn loose_rigid_loop(topology: &Topology, system: &Jit, q: &[f64]) -> Option<Loose> {
     let is_rigid = topology.loops.iter().any(|closed| closed.mobility == 0);
     if !is_rigid {
         return None;
@@ -75,7 +97,7 @@ pub fn loose_rigid_loop(topology: &Topology, system: &Jit, q: &[f64]) -> Option<
             .map(|index| (joints[free[index]].name.clone(), q[free[index]]))
             .collect();
         let name = |joint: &lamc::source::JointId| joints[joint.index()].name.clone();
-        let loose = LooseRigidLoop { joints: closed.joints.iter().map(name).collect(), holding };
+        let loose = Loose { joints: closed.joints.iter().map(name).collect(), holding };
         (!loose.holding.is_empty()).then_some(loose)
     })
 }

@@ -40,12 +40,13 @@ codes! {
         "Correct the coordinates of the line that the message names. If the deviation is only \
          rounding, give the rounding error as `tolerance`.";
     IMMOBILE "immobile"
-        "A loop, or loops that share hinges, cannot move. The model is compiled nevertheless. Where the hinges \
-         of such a loop lie in one plane, its equations allow small motions that do not exist, and commands that \
-         compute motions refuse the model."
+        "A loop, or loops that share hinges, or single hinges of a loop cannot move. The model is compiled \
+         nevertheless. Where the hinges of such a loop lie in one plane, or where creases end at a straight edge of \
+         a plate, the equations allow small motions that do not exist, and commands that compute motions refuse the \
+         model."
         "Check the hinge lines. A planar or spherical loop needs four hinges to move, any other seven. \
-         Remove a joint, or split a body by another hinge. To keep a rigid loop, hold one of its hinges with \
-         `drive: 0`.";
+         Remove a joint, or split a body by another hinge. To keep a rigid loop or hinge, hold one of its hinges \
+         with `drive: 0`.";
     OVERDRIVEN "overdriven"
         "More joints have a `drive` than the mechanism has degrees of freedom. Unless their \
          angles agree with the loops at all times, no motion is possible."

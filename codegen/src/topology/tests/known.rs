@@ -4,6 +4,7 @@ use crate::compare::largest;
 use std::f64::consts::PI;
 
 use super::{Hinge, codes, hinge, largest_gap, mechanism, rank_of_rows, ray, topology};
+use crate::source::Expression;
 use crate::topology::{LoopClass, Topology, build};
 
 #[derive(Debug, PartialEq)]
@@ -90,6 +91,31 @@ fn hinges_in_a_row_on_one_sheet_are_locked() {
     let message = &topology.warnings.0[0].message;
     assert!(message.contains("only in the flat state (3 independent"), "{message}");
     assert!(message.contains("3000.000 mm, is as long as the others together"), "{message}");
+}
+
+/// The corners on one side of a plate's straight edge add up to half a turn: as long as the arc between two opposite
+/// points of a sphere, which no chain of them can leave.
+#[test]
+fn creases_at_a_straight_edge_cannot_turn() {
+    for inner in [&[60.0, 120.0][..], &[40.0, 100.0, 130.0], &[25.0, 70.0, 110.0, 150.0]] {
+        let angles: Vec<f64> = [&[0.0], inner, &[180.0]].concat();
+        let mut mechanism = mechanism(&ring(&degrees(&angles)));
+        let topology = build(mechanism.clone()).expect("a mechanism");
+        assert_eq!((topology.rank, topology.mobility), (2, 1));
+        assert_eq!((topology.loops[0].rank, topology.loops[0].mobility), (2, 1));
+        assert_eq!(topology.infinitesimal.len(), inner.len() - 1);
+        assert_eq!(codes(&topology.warnings), ["immobile"]);
+        let names: Vec<_> = (1..=inner.len()).map(|joint| format!("`j{joint}`")).collect();
+        let message = &topology.warnings.0[0].message;
+        assert!(message.starts_with(&format!("{} cannot turn", names.join(", "))), "{message}");
+        // All but one of them hold that one, too.
+        for joint in &mut mechanism.joints[2..=inner.len()] {
+            joint.drive = Some(Expression::ZERO);
+        }
+        let held = build(mechanism).expect("a mechanism");
+        assert_eq!(held.mobility, 1);
+        assert_eq!(codes(&held.warnings), [""; 0]);
+    }
 }
 
 #[test]
