@@ -92,8 +92,8 @@ fn barrier(problem: &Problem<'_>, evaluation: &Evaluation, x: &[f64]) -> Option<
     }
     hold_at_ends(&mut gradient, x);
     let steepness = gradient.norm();
-    let ahead = AHEAD.into_iter().filter(|way| way * steepness > NEARER * objective);
-    ahead.into_iter().find_map(|way| {
+    let mut ahead = AHEAD.into_iter().filter(|way| way * steepness > NEARER * objective);
+    ahead.find_map(|way| {
         let next =
             x.iter().zip(&gradient).map(|(x, by)| (x - way * by / steepness).clamp(0.0, 1.0));
         problem.evaluate(&next.collect::<Vec<_>>()).err()

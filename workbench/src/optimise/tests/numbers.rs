@@ -153,6 +153,38 @@ fn designs_that_cannot_be_evaluated_are_counted_by_their_reason() {
     assert!(reason.starts_with("the mechanism does not move beyond"), "{reason}");
 }
 
+/// With a longer crank, coupler (50 mm) and rocker (40 mm) do not reach from its end at 175 deg to the pivot, which is
+/// crank + 10 mm away. The path that is asked for lies beyond.
+#[test]
+fn a_search_that_ends_beside_designs_that_cannot_be_evaluated_says_why() {
+    let model = include_str!("../../../../examples/linkage.yaml");
+    let compiled = compiled(&model.replace("range: [16 mm, 24 mm]", "range: [16 mm, 60 mm]"));
+    let problem = problem(
+        &compiled,
+        "
+        parameters: { crank: {} }
+        starts: 4
+        goals:
+          way: { path: { point: pen, drive: drive, angles: [60deg, 175deg], plane: xz, unit: mm, through: [[0, 200], [-200, 0]] } }
+        ",
+    );
+    let outcome = optimised(&problem);
+    let crank = problem.parameters(&outcome.found[outcome.best].x)[0];
+    let ground = crank + 0.010;
+    let away = (crank * crank + ground * ground
+        - 2.0 * crank * ground * 175_f64.to_radians().cos())
+    .sqrt();
+    assert!((0.0..1e-4).contains(&(0.090 - away)), "{away}");
+    let remarks = remarks(&problem, &outcome);
+    let [remark] = &remarks[..] else { panic!("{remarks:?}") };
+    assert!(
+        remark.starts_with(
+            "the goals would come nearer beyond this design, but the next designs cannot be evaluated: the mechanism does not move beyond 17"
+        ),
+        "{remark}"
+    );
+}
+
 /// Two rods: the first is pressed against its stop, the second hangs on it.
 #[test]
 fn a_joint_on_its_stop_stays_there() {
