@@ -127,6 +127,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         mobility: n,
         assembled: None,
         infinitesimal: Vec::new(),
+        is_shaky: false,
         warnings: Default::default(),
     }
 }

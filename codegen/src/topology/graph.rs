@@ -51,9 +51,11 @@ pub struct Topology {
     pub reduction: Option<Reduction>,
     /// Joint angles of one closed configuration away from the flat state, if one was found.
     pub assembled: Option<Vec<f64>>,
-    /// Joints that turn only in infinitesimal motions, to which no finite motion belongs: as many as hold all such
-    /// joints if they are held.
+    /// Joints that turn in infinitesimal motions, to which no finite motion belongs: as many as these motions have
+    /// dimensions.
     pub infinitesimal: Vec<JointId>,
+    /// Whether some of these turn in finite motions as well, so that they cannot be held.
+    pub is_shaky: bool,
     /// Warnings (near misses, immobile loops).
     pub warnings: Diagnostics,
 }

@@ -62,6 +62,8 @@ pub struct Mobility {
 /// One closed configuration.
 struct Sample {
     q: DVector<f64>,
+    /// Where the motion ended that was followed from there, and the rank there.
+    end: DVector<f64>,
     rank: usize,
     moves: bool,
     guessed: bool,
@@ -111,8 +113,8 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
         }
     }
     match best {
-        Some(Sample { q, rank, moves: true, .. }) => {
-            let infinitesimal = Infinitesimal::at(closure, &q);
+        Some(Sample { q, end, rank, moves: true, .. }) => {
+            let infinitesimal = Infinitesimal::at(closure, &end);
             let rank = if infinitesimal.holding.is_empty() { rank } else { infinitesimal.rank };
             let mobility = n - rank - infinitesimal.holding.len();
             Mobility { rank, mobility, assembled: Some(q), infinitesimal }
@@ -141,14 +143,15 @@ fn keep_folded(start: &mut DVector<f64>, best: &DVector<f64>, random: &mut Rando
     }
 }
 
-/// The better sample compares as greater: it moves, has a larger rank, is within the limits, is on
-/// the branch of the file's guess, and is unfolded.
-fn merit(closure: &Closure, sample: &Sample) -> (bool, usize, bool, bool, u64) {
+/// The better sample compares as greater: it moves, is on the branch of a guess of the file that folds every hinge, has a
+/// larger rank, is within the limits, is on the branch of another guess, and is unfolded.
+fn merit(closure: &Closure, sample: &Sample) -> (bool, bool, usize, bool, bool, u64) {
     // Each joint counts up to half a radian, so that samples in which all joints are bent are
     // preferred.
     let unfolded: f64 = sample.q.iter().map(|q| q.abs().min(0.5)).sum();
     let within = inside_limits(closure, &sample.q);
-    (sample.moves, sample.rank, within, sample.guessed, (unfolded * 1e6) as u64)
+    let is_asked = sample.guessed && sample.q.iter().all(|q| q.abs() > FLAT);
+    (sample.moves, is_asked, sample.rank, within, sample.guessed, (unfolded * 1e6) as u64)
 }
 
 fn inside_limits(closure: &Closure, q: &DVector<f64>) -> bool {
@@ -197,7 +200,8 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
         q = next;
     }
     let rank = eliminated(closure, &q).rank();
-    Sample { q: within_turn(closure, q), rank, moves, guessed: false }
+    let q = within_turn(closure, q);
+    Sample { end: q.clone(), q, rank, moves, guessed: false }
 }
 
 /// Finds a closed configuration next to `start`. That of many joints is not looked for by the steps whose cost

@@ -32,7 +32,7 @@ use infinitesimal::Infinitesimal;
 use mobility::mobility;
 use rounded::Vertex;
 use tree::Cut;
-use warnings::{jointly_immobile, overdriven, stretched};
+use warnings::{jointly_immobile, overdriven, shaky, stretched};
 
 /// Makes nearly parallel and concurrent hinge lines exact, grows a spanning tree, cuts the loops
 /// and computes the mobility.
@@ -75,6 +75,7 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
         reduction,
         assembled: whole.assembled,
         infinitesimal: whole.infinitesimal,
+        is_shaky: whole.is_shaky,
         warnings,
         mechanism,
     })
@@ -255,11 +256,13 @@ fn closed_loop(
 }
 
 /// Result of the sampling for all loops together, with one angle per joint of the mechanism.
+#[derive(Default)]
 struct Whole {
     rank: usize,
     mobility: usize,
     assembled: Option<Vec<f64>>,
     infinitesimal: Vec<JointId>,
+    is_shaky: bool,
 }
 
 /// Computes the mobility of all loops together.
@@ -273,8 +276,7 @@ fn whole(
     warnings: &mut Diagnostics,
 ) -> Whole {
     let n = mechanism.joints.len();
-    let mut whole =
-        Whole { rank: 0, mobility: mechanism.speeds(), assembled: None, infinitesimal: Vec::new() };
+    let mut whole = Whole { mobility: mechanism.speeds(), ..Whole::default() };
     let mut q = vec![0.0; n];
     let mut held = vec![false; n];
     let (rigid, moving): (Vec<usize>, Vec<usize>) =
@@ -297,11 +299,15 @@ fn whole(
             warnings.push(locked);
         }
         let Infinitesimal { stuck, holding, .. } = found.infinitesimal;
-        whole.infinitesimal.extend(holding.iter().map(|column| closure.joints[*column]));
+        let joint = |column: &usize| closure.joints[*column];
+        whole.infinitesimal.extend(holding.iter().map(joint));
         if holding.iter().any(|column| !closure.is_driven(*column)) {
-            let named = if stuck.is_empty() { &holding } else { &stuck };
-            let named: Vec<_> = named.iter().map(|column| closure.joints[*column]).collect();
-            warnings.push(stretched(mechanism, &named));
+            let stuck: Vec<_> = stuck.iter().map(joint).collect();
+            whole.is_shaky |= stuck.is_empty();
+            warnings.push(match stuck.is_empty() {
+                true => shaky(mechanism, loops, &group.loops),
+                false => stretched(mechanism, &stuck),
+            });
         }
         if let Some(angles) = found.assembled {
             for (joint, angle) in closure.joints.iter().zip(angles.iter()) {

@@ -64,3 +64,19 @@ pub fn stretched(mechanism: &Mechanism, stuck: &[JointId]) -> Diagnostic {
          stretched between its two ends",
     )
 }
+
+/// Warns of loops with infinitesimal motions at all states near the guess, without a joint that is stuck.
+pub fn shaky(mechanism: &Mechanism, loops: &[Loop], group: &[usize]) -> Diagnostic {
+    let closing = |index: &usize| &mechanism.joints[loops[*index].joint.index()];
+    let names: Vec<_> = group.iter().map(|index| format!("`{}`", closing(index).name)).collect();
+    let message = format!(
+        "the equations of the loops closed by {} allow small motions, which do not exist, at all states near the \
+         initial ones",
+        names.join(", ")
+    );
+    let span = group.first().map(|index| closing(index).span).unwrap_or_default();
+    Diagnostic::warning(codes::IMMOBILE, span, message).hint(
+        "there, forces between the plates are not determined: a hinge less or more, or other proportions, make the \
+         motion a definite one",
+    )
+}

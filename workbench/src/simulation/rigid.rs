@@ -32,6 +32,8 @@ pub struct Loose {
     pub joints: Vec<String>,
     /// The joints that hold the others if they are held, with their angles, rad.
     pub holding: Vec<(String, f64)>,
+    /// Whether they turn in finite motions as well, so that they cannot be held.
+    pub is_shaky: bool,
 }
 
 impl fmt::Display for Loose {
@@ -42,6 +44,12 @@ impl fmt::Display for Loose {
             format!("--lock {name}={}deg", (angle.to_degrees() * 1e4).round() / 1e4 + 0.0)
         };
         let locks: Vec<_> = self.holding.iter().map(lock).collect();
+        if self.is_shaky {
+            return f.write_str(
+                "the equations of the loops allow small motions, which do not exist, at all states near this one: a \
+                 hinge less or more, or other proportions, make the motion a definite one",
+            );
+        }
         let what = match names.is_empty() {
             true => {
                 let held: Vec<_> =
@@ -70,7 +78,11 @@ pub fn loose(topology: &Topology, system: &Jit, q: &[f64]) -> Option<Loose> {
         let at = topology.infinitesimal.iter().map(|joint| joint.index());
         let free = at.filter(|joint| joints[*joint].drive.is_none());
         let holding: Vec<_> = free.map(|joint| (joints[joint].name.clone(), q[joint])).collect();
-        (!holding.is_empty()).then(|| Loose { joints: Vec::new(), holding })
+        (!holding.is_empty()).then(|| Loose {
+            joints: Vec::new(),
+            holding,
+            is_shaky: topology.is_shaky,
+        })
     })
 }
 
@@ -97,7 +109,8 @@ fn loose_rigid_loop(topology: &Topology, system: &Jit, q: &[f64]) -> Option<Loos
             .map(|index| (joints[free[index]].name.clone(), q[free[index]]))
             .collect();
         let name = |joint: &lamc::source::JointId| joints[joint.index()].name.clone();
-        let loose = Loose { joints: closed.joints.iter().map(name).collect(), holding };
+        let joints = closed.joints.iter().map(name).collect();
+        let loose = Loose { joints, holding, is_shaky: false };
         (!loose.holding.is_empty()).then_some(loose)
     })
 }
