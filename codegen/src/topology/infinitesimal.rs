@@ -21,13 +21,13 @@ const ROUNDING: f64 = 1e-4;
 /// square: the squares are as 1 to 100.
 const SQUARE: f64 = 0.03;
 /// Share of a step of which more must fall back.
-const FALLS_BACK: f64 = 0.3;
+const FALLS_BACK: f64 = 0.1;
 /// What falls back is zero below this share of the largest: entries and singular values.
 const SMALL: f64 = 0.1;
 /// Weight of joints that are taken after others.
 const LATER: f64 = 1e-3;
 /// Steps along random null vectors, before all null vectors are looked at.
-const TRIALS: usize = 2;
+const TRIALS: usize = 4;
 
 /// What of the null space at a closed state is no motion.
 #[derive(Debug, Default)]

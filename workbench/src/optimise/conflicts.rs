@@ -28,7 +28,9 @@ pub fn remarks(problem: &Problem<'_>, outcome: &Outcome) -> Vec<String> {
     let mut remarks = Vec::new();
     for &variable in &outcome.idle {
         let name = &problem.goals.variables[variable].name;
-        remarks.push(format!("no goal and no constraint depends on `{name}`: it keeps its value"));
+        remarks.push(format!(
+            "no error of a goal and no constraint depends on `{name}`: it keeps its value"
+        ));
     }
     let mut ends = Vec::new();
     let varied = problem.goals.variables.iter().zip(&best.x).enumerate();

@@ -59,6 +59,14 @@ impl Factored {
         }
         self.r.solve_upper_triangular(&(self.q.transpose() * rhs))
     }
+
+    /// Whether an odd number of singular states lies between this state and a near one: with J_s = Q R,
+    /// det(Q^T J_s) has changed its sign. There the motion may branch, and a step would go on by chance.
+    fn is_apart(&self, other: &Self) -> bool {
+        let signs = |r: &DMatrix<f64>| r.diagonal().iter().map(|it| it.signum()).product::<f64>();
+        let turned = (self.q.transpose() * &other.q).determinant();
+        signs(&self.r) * turned * signs(&other.r) < 0.0
+    }
 }
 
 impl<'s> Driven<'s> {
@@ -124,7 +132,8 @@ impl<'s> Driven<'s> {
     /// The closed state at an angle next to that of a closed state.
     fn step(&self, from: &[f64], angle: f64) -> Option<Vec<f64>> {
         let mut q = from.to_vec();
-        let tangent = self.tangent(from)?;
+        let before = self.factored(from)?;
+        let tangent = self.tangent_of(&before, from.len())?;
         let by = angle - from[self.joint];
         q.iter_mut().zip(tangent.iter()).for_each(|(q, slope)| *q += by * slope);
         q[self.joint] = angle;
@@ -135,7 +144,7 @@ impl<'s> Driven<'s> {
             let open = largest(&at.residual);
             if open <= allowed {
                 let moved = q.iter().zip(&predicted).map(|(q, then)| q - then);
-                return (largest(moved) < JUMP).then_some(q);
+                return (largest(moved) < JUMP && !before.is_apart(&at)).then_some(q);
             }
             let step = at.solve(&at.residual)?;
             self.others.iter().zip(step.iter()).for_each(|(joint, by)| q[*joint] -= by);
@@ -190,9 +199,12 @@ impl<'s> Driven<'s> {
 
     /// dq/dq_d, NQ x 1; `None` where it is not unique.
     pub fn tangent(&self, q: &[f64]) -> Option<DMatrix<f64>> {
-        let at = self.factored(q)?;
+        self.tangent_of(&self.factored(q)?, q.len())
+    }
+
+    fn tangent_of(&self, at: &Factored, joints: usize) -> Option<DMatrix<f64>> {
         let others = at.solve(&at.driven)?;
-        Some(self.spread(q.len(), &-others, 1.0))
+        Some(self.spread(joints, &-others, 1.0))
     }
 
     /// dq/dx at a constant angle of the joint, NQ x K.

@@ -118,10 +118,12 @@ impl<'c> Problem<'c> {
         let mut constraints = Vec::new();
         let mut goals = Vec::new();
         for goal in &self.goals.goals {
-            goals.push(self.reached(goal, &design, x, &mut resting, &mut constraints)?);
+            let reached = self.reached(goal, &design, x, &mut resting, &mut constraints);
+            goals.push(reached.map_err(|reason| format!("`{}`: {reason}", goal.name))?);
         }
         for constraint in &self.goals.constraints {
-            let number = self.number(constraint.measure, &design, x, &mut resting)?;
+            let number = self.number(constraint.measure, &design, x, &mut resting);
+            let number = number.map_err(|reason| format!("`{}`: {reason}", constraint.name))?;
             let error = self.error(constraint.measure, &number, constraint.wanted);
             constraints.push(Kept {
                 name: constraint.name.clone(),

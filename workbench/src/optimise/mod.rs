@@ -80,14 +80,15 @@ pub struct Outcome {
 pub enum Failure {
     /// No design closes, or has what the goals ask for.
     #[error(
-        "none of {drawn} designs within the ranges can be evaluated; {times} of them: {reason}"
+        "none of {drawn} designs within the ranges can be evaluated; {times} of them for one reason, for instance: \
+         {reason}"
     )]
     NoStart {
         /// Designs that were drawn.
         drawn: usize,
         /// How many of them failed for the most frequent reason.
         times: usize,
-        /// That reason.
+        /// That reason, with the numbers of the first of them.
         reason: String,
     },
     /// All searches ended where the drawing is impossible.
@@ -155,6 +156,7 @@ impl Problem<'_> {
     }
 
     /// Variables on which nothing depends get the values of the model in the best design, as far as that is in their ranges.
+    /// Goals that are within their limits have no error, but other values there.
     fn reset(&self, outcome: &mut Outcome) {
         let best = &mut outcome.found[outcome.best];
         let mut x = best.x.clone();
@@ -167,7 +169,11 @@ impl Problem<'_> {
                 && evaluation.excess() <= best.excess + IDLE
         };
         match self.evaluate(&x) {
-            Ok(evaluation) if same(&evaluation) && self.is_possible(&x).is_ok() => best.x = x,
+            Ok(evaluation) if same(&evaluation) && self.is_possible(&x).is_ok() => {
+                (best.objective, best.excess) =
+                    (evaluation.objective(&self.goals), evaluation.excess());
+                (best.x, best.evaluation) = (x, evaluation);
+            }
             _ => outcome.idle.clear(),
         }
     }
@@ -192,7 +198,7 @@ impl Problem<'_> {
     ) -> Result<(Vec<Start>, usize), Failure> {
         let wanted = self.goals.starts as usize;
         let (mut starts, mut drawn) = (Vec::new(), 0);
-        let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
+        let mut reasons: BTreeMap<String, (usize, String)> = BTreeMap::new();
         for round in 0..ROUNDS {
             let numbers: Vec<u64> = (0..self.goals.starts).collect();
             let plan = self.hypercube(round);
@@ -217,7 +223,10 @@ impl Problem<'_> {
                 match tried.ok_or(Failure::Interrupted)? {
                     _ if starts.len() == wanted => break,
                     Ok(start) => starts.push(start),
-                    Err(reason) => *reasons.entry(without_numbers(&reason)).or_default() += 1,
+                    Err(reason) => {
+                        let kind = without_numbers(&reason);
+                        reasons.entry(kind).or_insert((0, reason)).0 += 1;
+                    }
                 }
                 drawn += 1;
             }
@@ -225,8 +234,8 @@ impl Problem<'_> {
                 break;
             }
         }
-        match reasons.into_iter().max_by_key(|(_, times)| *times) {
-            Some((reason, times)) if starts.is_empty() => {
+        match reasons.into_values().max_by_key(|(times, _)| *times) {
+            Some((times, reason)) if starts.is_empty() => {
                 Err(Failure::NoStart { drawn, times, reason })
             }
             _ => Ok((starts, drawn)),

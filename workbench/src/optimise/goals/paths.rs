@@ -199,16 +199,11 @@ impl Reader<'_> {
 /// Reads points (m) from the columns `x`, `y`, `z` of these axes, and angles (rad) from a column `angle`.
 fn read_table(text: &str, axes: &[usize]) -> Result<Points, Diagnostics> {
     let table = Table::read(text)?;
-    let column = |name: &str, units: &[(&str, f64)]| {
-        let with_unit = units.iter().find_map(|(unit, factor)| {
-            table.column(&format!("{name} [{unit}]")).map(|column| (column, *factor))
-        });
-        with_unit.or_else(|| table.column(name).map(|column| (column, 1.0)))
-    };
+    let angle = only_column(&table, "angle", &[("deg", 1_f64.to_radians()), ("rad", 1.0)])?;
     let mut columns = Vec::new();
     let mut missing = Diagnostics::default();
     for name in axes.iter().map(|axis| ["x", "y", "z"][*axis]) {
-        match column(name, &[("mm", 1e-3), ("m", 1.0)]) {
+        match only_column(&table, name, &[("mm", 1e-3), ("m", 1.0)])? {
             Some(column) => columns.push(column),
             None => missing
                 .push(table.missing(format!(
@@ -219,7 +214,6 @@ fn read_table(text: &str, axes: &[usize]) -> Result<Points, Diagnostics> {
     if missing.has_errors() {
         return Err(missing);
     }
-    let angle = column("angle", &[("deg", 1_f64.to_radians()), ("rad", 1.0)]);
     let (mut points, mut angles) = (Vec::new(), Vec::new());
     table.rows(|row| {
         let number = |&(column, factor): &(usize, f64)| -> Result<f64, Diagnostics> {
@@ -231,4 +225,25 @@ fn read_table(text: &str, axes: &[usize]) -> Result<Points, Diagnostics> {
         Ok(())
     })?;
     Ok((points, angle.is_some().then_some(angles)))
+}
+
+/// The column of a quantity, with one of these units or none, and the factor to SI.
+fn only_column(
+    table: &Table<'_>,
+    name: &str,
+    units: &[(&str, f64)],
+) -> Result<Option<(usize, f64)>, Diagnostics> {
+    let factor = |header: &str| match header.strip_prefix(name)? {
+        "" => Some(1.0),
+        unit => units.iter().find(|it| unit == format!(" [{}]", it.0)).map(|it| it.1),
+    };
+    let all = table.names().enumerate();
+    let mut found = all.filter_map(|(column, header)| Some((column, factor(header)?)));
+    let first = found.next();
+    match found.next() {
+        Some((second, _)) => {
+            Err(table.wrong_column(second, format!("this is a second column of `{name}`")).into())
+        }
+        None => Ok(first),
+    }
 }

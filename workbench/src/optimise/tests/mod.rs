@@ -1,6 +1,7 @@
 //! Optimisations: goals as they are read, derivatives, and linkages whose best design is known.
 
 mod derivatives;
+mod endings;
 mod linkages;
 mod numbers;
 mod reading;

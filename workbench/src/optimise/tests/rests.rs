@@ -221,7 +221,7 @@ fn a_motion_that_does_not_settle_is_no_result() {
     ";
     let problem = problem(&compiled, goals);
     let failure = problem.evaluate(&[0.5]).unwrap_err();
-    assert_eq!(failure, "the motion has not settled after 0.5 s");
+    assert_eq!(failure, "`calm`: the motion has not settled after 0.5 s");
 }
 
 /// A strip of three plates; both flaps are turned up by springs without gravity.
