@@ -136,8 +136,7 @@ fn unlocked(
     let vertices: Vec<Vertex> = vertices.collect::<Option<_>>()?;
     let joints: Vec<JointId> = (0..mechanism.joints.len()).map(JointId).collect();
     let closure = Closure::new(mechanism, nodes, chosen(loops, &moving), joints.clone());
-    let folds = mechanism.joints.iter().map(|joint| joint.fold.unwrap_or_default());
-    let folds = DVector::from_iterator(joints.len(), folds);
+    let folds = folds(mechanism, &closure);
     let shares = SHARES.map(|share| &folds * share);
     let guesses = std::iter::once(guess(mechanism, &closure)).chain(shares);
     for guess in guesses.filter(|guess| guess.amax() > 0.0) {
@@ -352,8 +351,19 @@ fn chosen<'a>(loops: &'a [Loop], indices: &'a [usize]) -> impl Iterator<Item = &
     indices.iter().map(|index| &loops[*index])
 }
 
-/// Returns the guess of the file for the joints that move.
+/// Returns a guess of the joints that move: that of the file, or a share of the finished fold for a file that starts flat.
 fn guess(mechanism: &Mechanism, closure: &Closure) -> DVector<f64> {
     let angles = closure.joints.iter().map(|joint| mechanism.initial_q[joint.index()]);
-    DVector::from_iterator(closure.joints.len(), angles)
+    let angles = DVector::from_iterator(closure.joints.len(), angles);
+    match angles.amax() > 0.0 {
+        true => angles,
+        false => folds(mechanism, closure) * SHARES[0],
+    }
+}
+
+/// Returns the angles of the finished fold of the joints that move, rad; 0 of those without.
+fn folds(mechanism: &Mechanism, closure: &Closure) -> DVector<f64> {
+    let joints = closure.joints.iter().map(|joint| &mechanism.joints[joint.index()]);
+    let folds = joints.map(|joint| joint.fold.unwrap_or_default());
+    DVector::from_iterator(closure.joints.len(), folds)
 }

@@ -7,6 +7,7 @@
 mod cholesky;
 mod householder;
 mod independent;
+mod largest;
 mod pseudoinverse;
 #[cfg(test)]
 #[path = "../../../tests/src/uniform.rs"]
@@ -18,6 +19,7 @@ pub(crate) use cholesky::{
 };
 pub(crate) use householder::{reflect, solve};
 pub(crate) use independent::{clearly_independent, orthogonalise_independent, reduce_groups};
+pub(crate) use largest::{max_abs, max_abs_of_many};
 pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};
 
 use core::ops::Range;
@@ -80,11 +82,6 @@ pub(crate) fn copy<S: Copy>(to: &mut [S], from: &[S]) -> Result<(), Error> {
     }
     to.copy_from_slice(from);
     Ok(())
-}
-
-/// Largest magnitude; NaN if any entry is.
-pub(crate) fn max_abs<S: Arithmetic>(values: &[S]) -> S {
-    values.iter().fold(S::ZERO, |largest, value| largest.max(value.abs()))
 }
 
 /// A [`Tolerance`] of one algorithm alone.

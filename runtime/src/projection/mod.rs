@@ -19,7 +19,7 @@ use gauss_newton::GaussNewton;
 use crate::acceleration::{holds, not_finite};
 use crate::constants::PROJECTION_STEPS;
 use crate::decomposition::Decomposition;
-use crate::linear::{add_scaled, copy, max_abs};
+use crate::linear::{add_scaled, copy, max_abs, max_abs_of_many};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
 use crate::reduction::{Correction, suitable};
@@ -245,25 +245,6 @@ fn repeat<Y: Mechanism>(
     }
     copy(q, given)?;
     Ok(None)
-}
-
-/// Largest magnitude; NaN if any entry is. Of many values, four maxima side by side, since each has to wait for the
-/// one before.
-#[inline]
-fn max_abs_of_many<S: Scalar>(values: &[S]) -> S {
-    const MANY: usize = 32;
-    if values.len() < MANY {
-        return max_abs(values);
-    }
-    let mut largest = [S::ZERO; 4];
-    let chunks = values.chunks_exact(largest.len());
-    let rest = chunks.remainder();
-    for chunk in chunks {
-        for (largest, value) in largest.iter_mut().zip(chunk) {
-            *largest = largest.max(value.abs());
-        }
-    }
-    max_abs(rest).max(max_abs(&largest))
 }
 
 /// `x -= y`, one number after the other: y comes fresh from single stores, which a wide load would

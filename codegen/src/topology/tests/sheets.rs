@@ -38,6 +38,27 @@ fn sheet(n: usize, [lean, height]: [f64; 2]) -> Vec<Hinge> {
     hinges
 }
 
+/// A flat sheet of that size has motions of nine degrees of freedom that fold some creases only, and these are found more
+/// easily. Which are mountains and valleys says which motion is meant.
+#[test]
+fn a_flat_sheet_moves_as_its_mountains_and_valleys_say() {
+    let n = 10;
+    let mut mechanism = mechanism(&miura(n));
+    let mut folds = Vec::new();
+    for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
+        let sign = |index: usize| if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+        folds.extend((column + 1 < n).then(|| sign(column)));
+        folds.extend((row + 1 < n).then(|| sign(row + column)));
+    }
+    for (joint, fold) in mechanism.joints.iter_mut().zip(&folds) {
+        joint.fold = Some(fold * std::f64::consts::PI);
+    }
+    let topology = build(mechanism).expect("a sheet");
+    assert_eq!((topology.rank, topology.mobility), (folds.len() - 1, 1));
+    let q = topology.assembled.expect("a folded state");
+    assert!(q.iter().zip(&folds).all(|(q, fold)| q * fold > 0.1), "{q:?}");
+}
+
 #[test]
 fn miura_sheets_have_one_degree_of_freedom() {
     for n in [2, 3, 4, 6] {
