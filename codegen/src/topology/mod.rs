@@ -301,9 +301,10 @@ fn whole(
         let joint = |column: &usize| closure.joints[*column];
         whole.infinitesimal.extend(holding.iter().map(joint));
         if holding.iter().any(|column| !closure.is_driven(*column)) {
+            let is_shaky = holding.iter().any(|column| !stuck.contains(column));
+            whole.is_shaky |= is_shaky;
             let stuck: Vec<_> = stuck.iter().map(joint).collect();
-            whole.is_shaky |= stuck.is_empty();
-            warnings.push(match stuck.is_empty() {
+            warnings.push(match is_shaky {
                 true => shaky(mechanism, loops, &group.loops),
                 false => stretched(mechanism, &stuck),
             });
