@@ -63,6 +63,23 @@ fn a_path_may_be_a_table() {
     assert_eq!(path.angles, [10_f64.to_radians(), 30_f64.to_radians()]);
 }
 
+#[test]
+fn a_second_column_of_a_quantity_is_refused() {
+    let compiled = compiled(MODEL);
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("foot.csv");
+    for header in ["y [mm],z,y [mm]", "y [mm],z,y", "z,y,z [m]"] {
+        std::fs::write(&table, format!("{header}\n20,1,21\n21,2,22\n")).unwrap();
+        let goals = file(&format!(
+            "{{ parameters: {{ crank: {{}} }}, goals: {{ way: {{ path: {{ point: pen, drive: j0, angles: [0, 90], plane: yz, \
+             through: {} }} }} }} }}",
+            table.display()
+        ));
+        let problems = Goals::read(&goals, &compiled).unwrap_err().render(&goals, false);
+        assert!(problems.contains("this is a second column of `"), "{problems}");
+    }
+}
+
 /// Two plates on a base, one of which is held.
 const PLATES: &str = "
 units: { length: mm }
