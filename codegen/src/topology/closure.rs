@@ -70,6 +70,11 @@ impl<'a> Closure<'a> {
         Self { mechanism, loops, joints, columns }
     }
 
+    /// Returns the number of loops.
+    pub fn loops(&self) -> usize {
+        self.loops.len()
+    }
+
     /// Returns the allowed angles of the joint of a column, rad.
     pub fn limits(&self, column: usize) -> [f64; 2] {
         self.joint(self.joints[column]).limits

@@ -27,7 +27,7 @@ const CLOSED: f64 = 1e-11;
 /// What is left of a row below this fraction of the largest entry counts as zero.
 const RANK_TOLERANCE: f64 = 1e-7;
 /// Angles below this count as the flat state. At a double root the rounding error is its square.
-const FLAT: f64 = 1e-3;
+pub(super) const FLAT: f64 = 1e-3;
 /// Largest step along a motion, rad.
 const STEP: f64 = 0.1;
 /// Number of steps along a motion.

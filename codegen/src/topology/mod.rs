@@ -25,14 +25,14 @@ use nalgebra::DVector;
 
 use crate::laminate::{Joint, Mechanism};
 use crate::source::codes;
-use crate::source::{Diagnostic, Diagnostics, JointId};
+use crate::source::{Diagnostic, Diagnostics, Expression, JointId};
 use class::HingeLines;
 use closure::Closure;
 use infinitesimal::Infinitesimal;
 use mobility::mobility;
 use rounded::Vertex;
 use tree::Cut;
-use warnings::{jointly_immobile, overdriven, shaky, stretched};
+use warnings::{flat, jointly_immobile, overdriven, shaky, stretched};
 
 /// Makes nearly parallel and concurrent hinge lines exact, grows a spanning tree, cuts the loops
 /// and computes the mobility.
@@ -137,9 +137,9 @@ fn unlocked(
     let joints: Vec<JointId> = (0..mechanism.joints.len()).map(JointId).collect();
     let closure = Closure::new(mechanism, nodes, chosen(loops, &moving), joints.clone());
     let folds = folds(mechanism, &closure);
-    let shares = SHARES.map(|share| &folds * share);
-    let guesses = std::iter::once(guess(mechanism, &closure)).chain(shares);
-    for guess in guesses.filter(|guess| guess.amax() > 0.0) {
+    let first = guess(mechanism, &closure);
+    let shares = SHARES.iter().map(|share| &folds * *share).filter(|share| *share != first);
+    for guess in std::iter::once(&first).cloned().chain(shares).filter(|guess| guess.amax() > 0.0) {
         for small in PIVOTS {
             let states =
                 FOLDS.map(|fold| mobility::nearly_closed(&closure, &(&guess * fold), small));
@@ -310,6 +310,9 @@ fn whole(
             });
         }
         if let Some(angles) = found.assembled {
+            if group.loops.len() > 1 && !is_told(mechanism, &closure) {
+                warnings.0.extend(flat(mechanism, &closure, &angles, &stuck));
+            }
             for (joint, angle) in closure.joints.iter().zip(angles.iter()) {
                 q[joint.index()] = *angle;
             }
@@ -352,19 +355,45 @@ fn chosen<'a>(loops: &'a [Loop], indices: &'a [usize]) -> impl Iterator<Item = &
     indices.iter().map(|index| &loops[*index])
 }
 
-/// Returns a guess of the joints that move: that of the file, or a share of the finished fold for a file that starts flat.
+/// Returns a guess of the joints that move: that of the file, or, for a file that starts flat, a share of the finished fold,
+/// and of a sheet that has none a share of the angles at which its springs rest.
 fn guess(mechanism: &Mechanism, closure: &Closure) -> DVector<f64> {
-    let angles = closure.joints.iter().map(|joint| mechanism.initial_q[joint.index()]);
-    let angles = DVector::from_iterator(closure.joints.len(), angles);
-    match angles.amax() > 0.0 {
-        true => angles,
-        false => folds(mechanism, closure) * SHARES[0],
+    let angles = of_each(closure, |joint| mechanism.initial_q[joint]);
+    let folds = folds(mechanism, closure);
+    if angles.amax() > 0.0 {
+        angles
+    } else if folds.amax() > 0.0 || closure.loops() < 2 {
+        folds * SHARES[0]
+    } else {
+        of_each(closure, |joint| rest(mechanism, joint)) * SHARES[0]
     }
+}
+
+/// Returns whether the file says how the joints that move fold.
+fn is_told(mechanism: &Mechanism, closure: &Closure) -> bool {
+    let mut joints = closure.joints.iter().map(|joint| joint.index());
+    joints.any(|joint| {
+        mechanism.initial_q[joint] != 0.0
+            || mechanism.joints[joint].fold.is_some_and(|it| it != 0.0)
+    })
 }
 
 /// Returns the angles of the finished fold of the joints that move, rad; 0 of those without.
 fn folds(mechanism: &Mechanism, closure: &Closure) -> DVector<f64> {
-    let joints = closure.joints.iter().map(|joint| &mechanism.joints[joint.index()]);
-    let folds = joints.map(|joint| joint.fold.unwrap_or_default());
-    DVector::from_iterator(closure.joints.len(), folds)
+    of_each(closure, |joint| mechanism.joints[joint].fold.unwrap_or_default())
+}
+
+/// Returns a number of each joint that moves, by the joint's index.
+fn of_each(closure: &Closure, of: impl Fn(usize) -> f64) -> DVector<f64> {
+    let values = closure.joints.iter().map(|joint| of(joint.index()));
+    DVector::from_iterator(closure.joints.len(), values)
+}
+
+/// Returns the angle at which the spring of a joint rests, rad, with the parameters' own values; 0 if there is none.
+fn rest(mechanism: &Mechanism, joint: usize) -> f64 {
+    let rest = mechanism.joints[joint].rest.evaluate(&|leaf: &Expression| match leaf {
+        Expression::Parameter(id) => mechanism.parameters[id.index()].value,
+        _ => 0.0,
+    });
+    if rest.is_finite() { rest } else { 0.0 }
 }

@@ -1,7 +1,10 @@
 //! Warnings about how a mechanism moves.
 
+use nalgebra::DVector;
+
 use super::Loop;
 use super::closure::Closure;
+use super::mobility::FLAT;
 use crate::laminate::Mechanism;
 use crate::source::codes;
 use crate::source::{Diagnostic, JointId};
@@ -63,6 +66,30 @@ pub fn stretched(mechanism: &Mechanism, stuck: &[JointId]) -> Diagnostic {
         "hold them with `drive: 0`, or join their bodies; creases that end at a straight edge of a plate are \
          stretched between its two ends",
     )
+}
+
+/// Warns of hinges that do not turn in the motion that was found from the flat state, although they are not `stuck`: other
+/// motions may fold them.
+pub fn flat(
+    mechanism: &Mechanism,
+    closure: &Closure,
+    angles: &DVector<f64>,
+    stuck: &[usize],
+) -> Option<Diagnostic> {
+    let joints = closure.joints.iter().zip(angles).enumerate();
+    let is_free = |column: usize| !closure.is_driven(column) && !stuck.contains(&column);
+    let free: Vec<_> = joints.filter(|(column, _)| is_free(*column)).collect();
+    let flat = free.iter().filter(|(_, (_, angle))| angle.abs() <= FLAT);
+    let flat: Vec<&JointId> = flat.map(|(_, (joint, _))| *joint).collect();
+    let first = &mechanism.joints[flat.first()?.index()];
+    let message = format!(
+        "{} of {} hinges stay flat in the motion that was found from the flat state",
+        flat.len(),
+        free.len()
+    );
+    let warning = Diagnostic::warning(codes::FLAT_HINGES, first.span, message).label("stays flat");
+    let hint = "other motions may fold them: `fold` of each hinge, or angles in `initial`, say which one is meant";
+    Some(warning.hint(hint))
 }
 
 /// Warns of loops with infinitesimal motions at all states near the guess, without a joint that is stuck.

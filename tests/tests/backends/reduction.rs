@@ -64,7 +64,7 @@ fn driven(text: &str) -> Compiled {
 
 #[test]
 fn modules_of_many_speeds_agree_with_the_interpreter() {
-    check("yoshimura 6x6", &compile_text(&yoshimura(6, 6)));
+    check("yoshimura 3x8", &compile_text(&yoshimura(3, 8)));
 }
 
 #[test]

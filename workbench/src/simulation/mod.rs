@@ -21,9 +21,9 @@
 mod control;
 mod error;
 mod events;
+mod infinitesimal;
 mod pace;
 mod plates;
-mod rigid;
 mod samples;
 mod start;
 mod steps;
@@ -35,7 +35,7 @@ mod unfold;
 
 pub use error::{SimulationError, describe};
 pub use events::{Direction, Event, Reached, Watched};
-pub use rigid::{Loose, loose};
+pub use infinitesimal::{Held, Infinitesimal};
 pub use samples::{TooMany, sample_times};
 pub use start::{Asked, allowed, lost_fold, moves, start};
 pub use unfold::{Fold, unfold};

@@ -7,7 +7,7 @@ use lamc::program::{Interface, JointInfo};
 use lamc::topology::Topology;
 use lamc_runtime::{Mechanism as _, State, assemble, project};
 
-use super::{describe, loose};
+use super::{Infinitesimal, describe};
 use crate::execution::Jit;
 use crate::inertia::Digits;
 
@@ -70,7 +70,7 @@ pub fn allowed(joint: &JointInfo, angle: f64) -> Result<(), String> {
 /// The closed state nearest to what is asked, at consistent speeds; `warn` is told where it differs.
 ///
 /// # Errors
-/// No closed state was found, or something is loose that cannot move ([`loose`]); the text says so.
+/// No closed state was found, or there are small motions in it that do not exist ([`Infinitesimal`]); the text says so.
 pub fn start(
     topology: &Topology,
     system: &Jit,
@@ -94,7 +94,7 @@ pub fn start(
     speeds(interface, &wanted.u, &state.u).into_iter().for_each(&mut warn);
     let few = Digits::at(system, interface, &state).and_then(|digits| digits.warning());
     few.into_iter().for_each(warn);
-    match loose(topology, system, &state.q) {
+    match Infinitesimal::find(topology, system, &state.q) {
         Some(found) => Err(found.to_string()),
         None => Ok(state),
     }

@@ -7,7 +7,7 @@ use lamc_runtime::Mechanism;
 use super::{Check, Remark, Settings};
 use crate::execution::Jit;
 use crate::motion::Work;
-use crate::simulation::{Settings as Simulated, Simulation, loose, unfold};
+use crate::simulation::{Infinitesimal, Settings as Simulated, Simulation, unfold};
 
 /// Relative and absolute error of each step.
 const TOLERANCE: f64 = 1e-9;
@@ -35,8 +35,8 @@ fn simulated(compiled: &Compiled, settings: &Settings) -> Result<Simulation, Rem
     let system = Jit::new(&compiled.program);
     let failed = |error: &dyn std::fmt::Display| Remark::Failed(error.to_string());
     let mut state = system.assembled().map_err(|error| failed(&error))?;
-    if let Some(rigid) = loose(&compiled.topology, &system, &state.q) {
-        return Err(Remark::NotChecked(rigid.to_string()));
+    if let Some(found) = Infinitesimal::find(&compiled.topology, &system, &state.q) {
+        return Err(Remark::NotChecked(found.to_string()));
     }
     unfold(&system, &mut state);
     let mechanism = &compiled.topology.mechanism;

@@ -12,6 +12,7 @@ mod designs;
 mod figures;
 mod files;
 mod fold;
+mod infinitesimal;
 mod meaning;
 mod measured;
 mod nearly_singular;

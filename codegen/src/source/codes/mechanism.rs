@@ -41,12 +41,17 @@ codes! {
          rounding, give the rounding error as `tolerance`.";
     IMMOBILE "immobile"
         "A loop, or loops that share hinges, or single hinges of a loop cannot move. The model is compiled \
-         nevertheless. Where the hinges of such a loop lie in one plane, or where creases end at a straight edge of \
-         a plate, the equations allow small motions that do not exist, and commands that compute motions refuse the \
+         nevertheless. Where the hinges of such a loop lie in one plane, where creases end at a straight edge of \
+         a plate, or where the plates of a ring are shaky in every state (some rings of eight around a hole of a folded \
+         sheet), the equations allow small motions that do not exist, and commands that compute motions refuse the \
          model."
         "Check the hinge lines. A planar or spherical loop needs four hinges to move, any other seven. \
          Remove a joint, or split a body by another hinge. To keep a rigid loop or hinge, hold one of its hinges \
-         with `drive: 0`.";
+         with `drive: 0`. A shaky ring needs a hinge less or more, or other proportions.";
+    FLAT_HINGES "flat-hinges"
+        "The drawing is flat and says nothing of the folded state. A sheet of many hinges has many motions from there; the \
+         one that was found does not turn all hinges."
+        "Give each hinge its `fold`, of which the sign says mountain or valley, or a guess of its angles in `initial`.";
     OVERDRIVEN "overdriven"
         "More joints have a `drive` than the mechanism has degrees of freedom. Unless their \
          angles agree with the loops at all times, no motion is possible."

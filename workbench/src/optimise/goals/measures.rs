@@ -2,7 +2,7 @@
 
 use lamc::source::fields::Fields;
 use lamc::source::yaml::{Entry, Node};
-use lamc::source::{Diagnostic, Span, codes, read_in};
+use lamc::source::{Diagnostic, JointId, Span, codes, read_in};
 
 use super::keys::{AXES, ENERGIES};
 use super::read::Reader;
@@ -94,9 +94,14 @@ impl Reader<'_> {
             }
             "frequency" => {
                 let mode = self.whole(fields, "frequency")?;
-                let modes = self.interface.mobility as u64;
+                let modes = self.modes() as u64;
                 if !(1..=modes).contains(&mode) {
-                    self.wrong(node.span, format!("the mechanism has modes 1 to {modes}"));
+                    let problem = match modes {
+                        0 => "the mechanism has no modes: no degree of freedom is left beside its drives"
+                            .to_owned(),
+                        _ => format!("the mechanism has modes 1 to {modes}"),
+                    };
+                    self.wrong(node.span, problem);
                     return None;
                 }
                 Some(Measure::Frequency(mode as usize - 1))
@@ -118,6 +123,16 @@ impl Reader<'_> {
             _ if text == ALL => Some(Measure::Mass(None)),
             _ => self.body(node).map(|body| Measure::Mass(Some(body))),
         }
+    }
+
+    /// How many modes there are about a state of rest. Drives of joints that cannot turn take none away.
+    fn modes(&self) -> usize {
+        let topology = &self.compiled.topology;
+        let joints = topology.mechanism.joints.iter().enumerate();
+        let driven = joints.filter(|(index, joint)| {
+            joint.drive.is_some() && !topology.infinitesimal.contains(&JointId(*index))
+        });
+        topology.mobility.saturating_sub(driven.count())
     }
 
     /// A point and an axis: `tip.z`.

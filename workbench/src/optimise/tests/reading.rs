@@ -230,6 +230,16 @@ fn a_path_needs_a_mechanism_that_moves_in_one_way() {
     assert!(found.contains("the mechanism has mobility 3"), "{found}");
 }
 
+/// A prescribed angle leaves no degree of freedom for a mode.
+#[test]
+fn a_frequency_needs_a_degree_of_freedom() {
+    let goals = "{ parameters: { crank: {} }, goals: { fast: { frequency: 1, at_least: 1 } } }";
+    assert!(Goals::read(&file(goals), &compiled(MODEL)).is_ok());
+    let driven = MODEL.replace("stiffness: 1e-3 }", "stiffness: 1e-3, drive: 10 }");
+    let found = Goals::read(&file(goals), &compiled(&driven)).unwrap_err().to_string();
+    assert!(found.contains("no degree of freedom is left beside its drives"), "{found}");
+}
+
 /// A prescribed angle that follows a parameter would move the state of rest along.
 #[test]
 fn a_parameter_of_a_drive_cannot_vary() {
