@@ -306,7 +306,7 @@ fn cases() -> Vec<Case> {
         cases.push(case);
     }
     // The functions of a long module are tables, also where there are parameters.
-    let text = miura(5, 5) + "parameters: { spare: 1 }\n";
+    let text = miura(6, 6) + "parameters: { spare: 1 }\n";
     let mut case = Case::new(compile_text(&text), Vec::new());
     assert_eq!(case.compiled.program.form(FunctionKind::Energy), Form::Tables);
     let mut state = case.system.assembled().unwrap();
