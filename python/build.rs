@@ -28,14 +28,30 @@ const OF_THIS_BUILD: [&str; 6] = [
     "RUSTFLAGS",
 ];
 
+/// Names a command that is built already, of the same sources: where this build has the target folder of the workspace,
+/// which it holds locked.
+const BUILT: &str = "LAMC_BUILT";
+
 fn main() -> Result<(), Box<dyn Error>> {
     let root = Path::new("..").canonicalize()?;
     for source in SOURCES {
         println!("cargo::rerun-if-changed={}", root.join(source).display());
     }
+    println!("cargo::rerun-if-env-changed={BUILT}");
     let out = PathBuf::from(env::var("OUT_DIR")?).join(format!("lamc{}", env::consts::EXE_SUFFIX));
+    let built = match env::var_os(BUILT) {
+        Some(built) => PathBuf::from(built),
+        None => build(&root)?,
+    };
+    fs::copy(&built, &out).map_err(|error| format!("{}: {error}", built.display()))?;
+    // Names of functions are half of the file. Without `strip` the wheel is larger.
+    let _ = Command::new("strip").arg(&out).status();
+    Ok(())
+}
+
+fn build(root: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let mut cargo = Command::new(env::var("CARGO")?);
-    cargo.args(["build", "--locked", "-p", "lamc-workbench", "--bin", "lamc"]).current_dir(&root);
+    cargo.args(["build", "--locked", "-p", "lamc-workbench", "--bin", "lamc"]).current_dir(root);
     OF_THIS_BUILD.iter().for_each(|name| {
         cargo.env_remove(name);
     });
@@ -43,9 +59,5 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("the command lamc could not be built".into());
     }
     // The profile of the tests, so that they and the wheel share what takes minutes to build.
-    let built = root.join("target/debug").join(out.file_name().unwrap_or_default());
-    fs::copy(&built, &out)?;
-    // Names of functions are half of the file. Without `strip` the wheel is larger.
-    let _ = Command::new("strip").arg(&out).status();
-    Ok(())
+    Ok(root.join("target/debug").join(format!("lamc{}", env::consts::EXE_SUFFIX)))
 }

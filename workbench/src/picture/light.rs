@@ -9,7 +9,7 @@ use super::raster::Raster;
 const SAMPLES: usize = 1024;
 
 /// Samples across the penumbra.
-const SOFT: i32 = 4;
+const SOFT: usize = 4;
 
 /// Parallel light and its shadows.
 #[derive(Clone, Debug)]
@@ -65,21 +65,23 @@ impl Light {
     /// between the light and the normal of the surface there.
     pub fn reaches(&self, point: &Vector3<f64>, facing: f32) -> f32 {
         let [column, row, height] = self.place(point);
-        let half = f64::from(SOFT) / 2.0;
+        let half = SOFT as f64 / 2.0;
         let inside = |at: f64| at > half && at < SAMPLES as f64 - half;
         if !(inside(column) && inside(row)) {
             return 1.0;
         }
-        // A slanted surface is no obstacle to itself: within the samples looked at it rises so far.
-        let slope = f64::from((1.0 - facing * facing).max(0.0).sqrt() / facing.max(0.05));
-        let height = (height + (0.75 * f64::from(SOFT) * slope + 0.5) / self.scale).max(0.0) as f32;
         let corner = |at: f64| (at - half) as usize;
         let (column, row) = (corner(column), corner(row));
+        if !self.hit.may_hold([column, row], SOFT) {
+            return 1.0;
+        }
+        // A slanted surface is no obstacle to itself: within the samples looked at it rises so far.
+        let slope = f64::from((1.0 - facing * facing).max(0.0).sqrt() / facing.max(0.05));
+        let height = (height + (0.75 * SOFT as f64 * slope + 0.5) / self.scale).max(0.0) as f32;
         let mut reached = 0;
-        for row in row..row + SOFT as usize {
-            let at = row * SAMPLES + column;
-            reached +=
-                self.hit.near[at..at + SOFT as usize].iter().filter(|hit| **hit <= height).count();
+        for row in row..row + SOFT {
+            let hits = &self.hit.near[row * SAMPLES + column..][..SOFT];
+            reached += hits.iter().map(|hit| i32::from(*hit <= height)).sum::<i32>();
         }
         reached as f32 / (SOFT * SOFT) as f32
     }

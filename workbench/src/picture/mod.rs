@@ -147,6 +147,9 @@ impl<'a> Renderer<'a> {
 
     /// The colour of a pixel: the mean of its samples.
     fn pixel(&self, x: usize, y: usize) -> Linear {
+        if let Some(what) = self.alone(x, y) {
+            return self.color(what, x, y, self.seen.near[FINE * (y * self.seen.width + x)]);
+        }
         let mut sum = Linear::zeros();
         let mut background = None;
         let mut last = (NOTHING, Linear::zeros());
@@ -166,6 +169,27 @@ impl<'a> Renderer<'a> {
             }
         }
         sum / (FINE * FINE) as f32
+    }
+
+    /// The triangle at all samples of a pixel and at those to the right of it and below it, or [`NOTHING`], if it is
+    /// the same at all of them: there is no edge.
+    fn alone(&self, x: usize, y: usize) -> Option<u32> {
+        let [column, row] = [x, y].map(|at| FINE * at);
+        let width = self.seen.width;
+        let what = self.seen.what[row * width + column];
+        let is_same = |row: usize| {
+            let samples = self.seen.what.get(row * width + column..row * width + column + FINE + 1);
+            samples.is_some_and(|samples| samples.iter().all(|here| *here == what))
+        };
+        (column + FINE < width && (row..=row + FINE).all(is_same)).then_some(what)
+    }
+
+    /// The colour of what is seen at a pixel.
+    fn color(&self, what: u32, x: usize, y: usize, near: f32) -> Linear {
+        match what {
+            NOTHING => self.background(x, y),
+            _ => self.shade(what, x, y, near),
+        }
     }
 
     /// Whether another face begins to the right of a sample or below it.

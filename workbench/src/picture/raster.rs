@@ -1,5 +1,7 @@
 //! Rasterisation: the nearest triangle at each sample of a grid.
 
+use std::ops::Range;
+
 /// The nearest triangle at each sample.
 #[derive(Clone, Debug)]
 pub struct Raster {
@@ -11,6 +13,8 @@ pub struct Raster {
     pub near: Vec<f32>,
     /// The number of the triangle, as given to [`triangle`](Self::triangle); [`NOTHING`] if there is none.
     pub what: Vec<u32>,
+    /// Columns and rows; there is no triangle elsewhere.
+    drawn: [Range<usize>; 2],
 }
 
 /// No triangle.
@@ -20,13 +24,25 @@ impl Raster {
     /// An empty grid.
     pub fn new(width: usize, height: usize) -> Self {
         let samples = width * height;
-        Self { width, height, near: vec![0.0; samples], what: vec![NOTHING; samples] }
+        let (near, what) = (vec![0.0; samples], vec![NOTHING; samples]);
+        Self { width, height, near, what, drawn: [width..0, height..0] }
     }
 
     /// Empties the grid.
     pub fn clear(&mut self) {
-        self.near.fill(0.0);
-        self.what.fill(NOTHING);
+        let [columns, rows] = [self.width..0, self.height..0];
+        let [columns, rows] = std::mem::replace(&mut self.drawn, [columns, rows]);
+        for row in rows {
+            let drawn = row * self.width + columns.start..row * self.width + columns.end;
+            self.near[drawn.clone()].fill(0.0);
+            self.what[drawn].fill(NOTHING);
+        }
+    }
+
+    /// Whether a triangle may be at one of the samples of a square, whose first column and row these are.
+    pub fn may_hold(&self, [column, row]: [usize; 2], side: usize) -> bool {
+        let meets = |drawn: &Range<usize>, at: usize| at < drawn.end && at + side > drawn.start;
+        meets(&self.drawn[0], column) && meets(&self.drawn[1], row)
     }
 
     /// Draws a triangle where it is nearest. Corners are (x, y, nearness), sample (i, j) is at
@@ -59,6 +75,9 @@ impl Raster {
             if first >= last {
                 continue;
             }
+            let [columns, rows] = &mut self.drawn;
+            *columns = columns.start.min(first)..columns.end.max(last);
+            *rows = rows.start.min(row)..rows.end.max(row + 1);
             let start = (a[2] + nx * (first as f64 + 0.5 - a[0]) + ny * (y - a[1])) as f32;
             let slope = nx as f32;
             let at = row * self.width;
@@ -67,9 +86,8 @@ impl Raster {
             // This has no branch, so that the compiler computes several samples at once.
             for ((near, held), step) in near.iter_mut().zip(held).zip(0_i32..) {
                 let here = start + slope * step as f32;
-                let hides = here > *near;
-                *near = if hides { here } else { *near };
-                *held = if hides { what } else { *held };
+                *held = if here > *near { what } else { *held };
+                *near = near.max(here);
             }
         }
     }

@@ -205,12 +205,18 @@ fn units(stream: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
+/// The nearest number of a byte.
+fn byte(value: f32) -> u8 {
+    // Without SSE4.1, `round` is a call.
+    (value + 0.5) as u8
+}
+
 /// Luma and the two colour differences (BT.601, limited range) of a picture of even size.
 fn planes(picture: &Picture) -> YuvFrame {
     let Picture { width, height, ref rgb } = *picture;
     let at = |x: usize, y: usize| {
         let start = 3 * (y * width + x);
-        [0, 1, 2].map(|part| f32::from(rgb[start + part]) / 255.0)
+        [0, 1, 2].map(|part| f32::from(rgb[start + part]))
     };
     let luma = |[r, g, b]: [f32; 3]| 0.299 * r + 0.587 * g + 0.114 * b;
     let mut frame = YuvFrame {
@@ -220,16 +226,18 @@ fn planes(picture: &Picture) -> YuvFrame {
         u: Vec::with_capacity(width * height / 4),
         v: Vec::with_capacity(width * height / 4),
     };
-    for y in 0..height {
-        frame.y.extend((0..width).map(|x| (16.0 + 219.0 * luma(at(x, y))).round() as u8));
-    }
+    let pixels = rgb.as_chunks().0;
+    frame.y.extend(
+        pixels.iter().map(|rgb: &[u8; 3]| byte(16.0 + 219.0 / 255.0 * luma(rgb.map(f32::from)))),
+    );
     for y in (0..height).step_by(2) {
         for x in (0..width).step_by(2) {
             let four = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
             let mean =
                 [0, 1, 2].map(|part| four.iter().map(|color| color[part]).sum::<f32>() / 4.0);
+            let luma = luma(mean);
             let difference = |part: f32, weight: f32| {
-                (128.0 + 224.0 * (part - luma(mean)) / (2.0 * (1.0 - weight))).round() as u8
+                byte(128.0 + 224.0 / 255.0 / 2.0 / (1.0 - weight) * (part - luma))
             };
             frame.u.push(difference(mean[2], 0.114));
             frame.v.push(difference(mean[0], 0.299));
