@@ -49,6 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Builds the command in the workspace at `root`; returns its path.
 fn build(root: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let mut cargo = Command::new(env::var("CARGO")?);
     cargo.args(["build", "--locked", "-p", "lamc-workbench", "--bin", "lamc"]).current_dir(root);
