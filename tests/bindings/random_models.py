@@ -4,6 +4,7 @@ maximal coordinates:
     random_models.py [COUNT [FIRST SEED]]
 """
 
+import concurrent.futures
 import ctypes
 import json
 import subprocess
@@ -93,9 +94,11 @@ def derivatives(folder, version, states, joints):
 
 def fmus(path, states, joints):
     """The largest error of the FMUs of both versions."""
-    worst = 0.0
-    for version in (2, 3):
-        for found, state in zip(derivatives(unpacked(path, version), version, states, joints), states):
+    worst, versions = 0.0, (2, 3)
+    with concurrent.futures.ThreadPoolExecutor() as both:
+        folders = list(both.map(lambda version: unpacked(path, version), versions))
+    for version, folder in zip(versions, folders):
+        for found, state in zip(derivatives(folder, version, states, joints), states):
             what = f"{path.stem}: acceleration, FMI {version}"
             worst = max(worst, within(what, error(found, state), ACCELERATION))
     return worst
