@@ -18,18 +18,18 @@
 //
 // Cost of one evaluation:
 //   equations: 97 operations: 37 add, 56 mul, 0 div, 4 sin_cos, 0 other
-//   closure: 73 operations: 47 add, 22 mul, 0 div, 4 sin_cos, 0 other
-//   poses: 24 operations: 11 add, 10 mul, 0 div, 3 sin_cos, 0 other
-//   points: 15 operations: 5 add, 8 mul, 0 div, 2 sin_cos, 0 other
+//   closure: 72 operations: 46 add, 22 mul, 0 div, 4 sin_cos, 0 other
+//   poses: 23 operations: 10 add, 10 mul, 0 div, 3 sin_cos, 0 other
+//   points: 14 operations: 4 add, 8 mul, 0 div, 2 sin_cos, 0 other
 //   energy: 99 operations: 29 add, 66 mul, 0 div, 4 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   contacts: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 238 operations: 113 add, 121 mul, 0 div, 4 sin_cos, 0 other
+//   reactions: 237 operations: 112 add, 121 mul, 0 div, 4 sin_cos, 0 other
 //   momentum: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   tangent: 772 operations: 337 add, 390 mul, 41 div, 4 sin_cos, 0 other
-//   acceleration: 244 operations: 93 add, 135 mul, 6 div, 4 sin_cos, 6 other
-//   projection: 247 operations: 98 add, 133 mul, 6 div, 4 sin_cos, 6 other
-//   drawing: 397 operations: 190 add, 163 mul, 44 div, 0 sin_cos, 0 other
+//   tangent: 766 operations: 331 add, 390 mul, 41 div, 4 sin_cos, 0 other
+//   acceleration: 242 operations: 91 add, 135 mul, 6 div, 4 sin_cos, 6 other
+//   projection: 245 operations: 96 add, 133 mul, 6 div, 4 sin_cos, 6 other
+//   drawing: 419 operations: 212 add, 163 mul, 44 div, 0 sin_cos, 0 other
 
 /// NQ: coordinates, one angle per joint.
 #[allow(dead_code, reason = "a program uses what it needs")]
@@ -214,7 +214,7 @@ pub struct Linkage<S> {
     params: Params<S>,
     /// Inputs.
     pub inputs: Inputs,
-    drawing: [S; 157],
+    drawing: [S; 183],
 }
 
 impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Linkage<S> {
@@ -230,7 +230,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let mut robot = Self {
             params,
             inputs: ::core::default::Default::default(),
-            drawing: [S::ZERO; 157],
+            drawing: [S::ZERO; 183],
         };
         robot.set_params(params);
         robot
@@ -668,10 +668,10 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let apparent_gravity_coupler_z = mul_add(-sin_front, apparent_gravity_in_parent_coupler_y,
             -cos_front * minus_apparent_gravity_crank_z);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_y = self.drawing[26] * omega_coupler_xx;
-        let bias_force_coupler_z = self.drawing[27] * omega_coupler_xx;
-        let bias_moment_coupler_x = mul_add(-self.drawing[27], apparent_gravity_coupler_y,
-            self.drawing[26] * apparent_gravity_coupler_z);
+        let bias_force_coupler_y = self.drawing[41] * omega_coupler_xx;
+        let bias_force_coupler_z = self.drawing[32] * omega_coupler_xx;
+        let bias_moment_coupler_x = mul_add(apparent_gravity_coupler_y, self.drawing[42],
+            self.drawing[41] * apparent_gravity_coupler_z);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z), sin_pivot,
             minus_velocity_product_on_hinge_coupler_ghost0_y);
@@ -681,43 +681,43 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             apparent_gravity_in_parent_coupler_ghost0_y,
             -cos_back * minus_apparent_gravity_rocker_z);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_ghost0_y = self.drawing[28] * omega_coupler_ghost0_xx;
-        let bias_force_coupler_ghost0_z = self.drawing[27] * omega_coupler_ghost0_xx;
-        let bias_moment_coupler_ghost0_x = mul_add(-self.drawing[27],
+        let bias_force_coupler_ghost0_y = self.drawing[33] * omega_coupler_ghost0_xx;
+        let bias_force_coupler_ghost0_z = self.drawing[32] * omega_coupler_ghost0_xx;
+        let bias_moment_coupler_ghost0_x = mul_add(self.drawing[42],
             apparent_gravity_coupler_ghost0_y,
-            self.drawing[28] * apparent_gravity_coupler_ghost0_z);
+            self.drawing[33] * apparent_gravity_coupler_ghost0_z);
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
             bias_force_coupler_ghost0_z, sin_back * bias_force_coupler_ghost0_y);
-        let generalized_force_back = mul_add(-q[2], self.drawing[31], bias_moment_coupler_ghost0_x);
+        let generalized_force_back = mul_add(q[2], self.drawing[43], bias_moment_coupler_ghost0_x);
         // rocker: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_pivot = bias_moment_coupler_ghost0_x + mul_add(self.drawing[5],
-            subtree_force_in_parent_coupler_ghost0_z, -mul_add(q[3], self.drawing[31],
-            self.drawing[30] * minus_apparent_gravity_rocker_z));
+            subtree_force_in_parent_coupler_ghost0_z, -mul_add(q[3], self.drawing[36],
+            self.drawing[35] * minus_apparent_gravity_rocker_z));
         // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_z = mul_add(cos_front, bias_force_coupler_z,
             sin_front * bias_force_coupler_y);
-        let generalized_force_front = mul_add(-q[1], self.drawing[31], bias_moment_coupler_x);
+        let generalized_force_front = mul_add(q[1], self.drawing[43], bias_moment_coupler_x);
         // crank: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_drive = bias_moment_coupler_x + (mul_add(-q[0], self.drawing[31],
-            self.drawing[25] * minus_apparent_gravity_crank_y) - mul_add(self.params.crank,
-            subtree_force_in_parent_coupler_z, self.drawing[29] * minus_apparent_gravity_crank_z));
+        let generalized_force_drive = bias_moment_coupler_x + (mul_add(q[0], self.drawing[43],
+            self.drawing[31] * minus_apparent_gravity_crank_y) - mul_add(self.params.crank,
+            subtree_force_in_parent_coupler_z, self.drawing[34] * minus_apparent_gravity_crank_z));
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[27], sin_back,
-            self.drawing[28] * cos_back);
+        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(sin_back, self.drawing[42],
+            self.drawing[33] * cos_back);
         let inertia_back_moment_in_parent_coupler_ghost0_x = mul_add(self.drawing[5],
-            inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[32]);
+            inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[37]);
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[27], sin_front,
-            self.drawing[26] * cos_front);
+        let inertia_front_force_in_parent_coupler_z = mul_add(sin_front, self.drawing[42],
+            self.drawing[41] * cos_front);
         let inertia_front_moment_in_parent_coupler_x = mul_add(-self.params.crank,
-            inertia_front_force_in_parent_coupler_z, self.drawing[33]);
+            inertia_front_force_in_parent_coupler_z, self.drawing[38]);
         // rocker: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_pivot_pivot = mul_add(inertia_back_force_in_parent_coupler_ghost0_z,
-            self.drawing[10], self.drawing[34]);
+            self.drawing[10], self.drawing[39]);
         // crank: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_drive_drive = mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[11],
-            self.drawing[35]);
+        let mass_drive_drive = mul_add(inertia_front_force_in_parent_coupler_z, self.drawing[27],
+            self.drawing[40]);
         // coupler: partial velocities: dw/du, dv/du
         let minus_velocity_coupler_y_by_drive = sin_front * self.params.crank;
         let velocity_coupler_y_by_drive = -minus_velocity_coupler_y_by_drive;
@@ -727,25 +727,25 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let velocity_coupler_ghost0_z_by_pivot = self.drawing[5] * cos_back;
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma_loop0_0 = mul_add(-cos_back, minus_velocity_product_on_hinge_coupler_ghost0_y,
-            mul_add(omega_coupler_xx, self.drawing[12],
+            mul_add(omega_coupler_xx, self.drawing[11],
             cos_front * velocity_product_on_hinge_coupler_y));
         let gamma_loop0_1 = mul_add(sin_back, minus_velocity_product_on_hinge_coupler_ghost0_y,
             sin_front * velocity_product_on_hinge_coupler_y);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_1_drive = self.drawing[12] + minus_velocity_coupler_z_by_drive;
-        let jacobian_loop0_2_drive = minus_velocity_coupler_z_by_drive + self.drawing[14];
-        let jacobian_loop0_2_pivot = velocity_coupler_ghost0_z_by_pivot + self.drawing[13];
+        let jacobian_loop0_1_drive = self.drawing[11] + minus_velocity_coupler_z_by_drive;
+        let jacobian_loop0_2_drive = minus_velocity_coupler_z_by_drive + self.drawing[13];
+        let jacobian_loop0_2_pivot = velocity_coupler_ghost0_z_by_pivot + self.drawing[12];
         mass[0] = mass_drive_drive;
         mass[1] = inertia_front_moment_in_parent_coupler_x;
         mass[2] = c(0.0);
         mass[3] = c(0.0);
         mass[4] = inertia_front_moment_in_parent_coupler_x;
-        mass[5] = self.drawing[33];
+        mass[5] = self.drawing[38];
         mass[6] = c(0.0);
         mass[7] = c(0.0);
         mass[8] = c(0.0);
         mass[9] = c(0.0);
-        mass[10] = self.drawing[32];
+        mass[10] = self.drawing[37];
         mass[11] = inertia_back_moment_in_parent_coupler_ghost0_x;
         mass[12] = c(0.0);
         mass[13] = c(0.0);
@@ -760,12 +760,12 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         jacobian[2] = c(0.0);
         jacobian[3] = velocity_coupler_ghost0_y_by_pivot;
         jacobian[4] = jacobian_loop0_1_drive;
-        jacobian[5] = self.drawing[12];
+        jacobian[5] = self.drawing[11];
         jacobian[6] = c(0.0);
         jacobian[7] = velocity_coupler_ghost0_z_by_pivot;
         jacobian[8] = jacobian_loop0_2_drive;
-        jacobian[9] = self.drawing[14];
-        jacobian[10] = self.drawing[13];
+        jacobian[9] = self.drawing[13];
+        jacobian[10] = self.drawing[12];
         jacobian[11] = jacobian_loop0_2_pivot;
         gamma[0] = gamma_loop0_0;
         gamma[1] = gamma_loop0_1;
@@ -781,32 +781,31 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             (sin_front, cos_front),
             (sin_back, cos_back),
         ] = S::sin_cos_all([q[0], q[3], q[1], q[2]]);
-        // coupler: placement: A = A_parent R, p = p_parent + A_parent r
-        let sin_drive_times_sin_front = sin_drive * sin_front;
-        let cos_drive_times_cos_front = cos_drive * cos_front;
-        let axis_y_coupler_x = sin_drive_times_sin_front - cos_drive_times_cos_front;
-        let axis_y_coupler_z = mul_add(cos_drive, sin_front, sin_drive * cos_front);
-        let axis_z_coupler_z = cos_drive_times_cos_front - sin_drive_times_sin_front;
-        let origin_coupler_x = cos_drive * self.drawing[37];
-        let minus_origin_coupler_z = sin_drive * self.drawing[37];
-        let origin_coupler_z = -minus_origin_coupler_z;
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_pivot, sin_back, cos_pivot * cos_back);
         let sin_pivot_times_cos_back = sin_pivot * cos_back;
         let cos_pivot_times_sin_back = cos_pivot * sin_back;
         let axis_y_coupler_ghost0_z = sin_pivot_times_cos_back + cos_pivot_times_sin_back;
         let axis_z_coupler_ghost0_x = -sin_pivot_times_cos_back - cos_pivot_times_sin_back;
-        let origin_coupler_ghost0_x = mul_add(self.drawing[5], cos_pivot, self.drawing[36]);
+        let origin_coupler_ghost0_x = mul_add(self.drawing[5], cos_pivot, self.drawing[44]);
         let origin_coupler_ghost0_z = self.drawing[5] * sin_pivot;
+        // coupler: placement: A = A_parent R, p = p_parent + A_parent r
+        let sin_drive_times_sin_front = sin_drive * sin_front;
+        let cos_drive_times_cos_front = cos_drive * cos_front;
+        let axis_y_coupler_x = sin_drive_times_sin_front - cos_drive_times_cos_front;
+        let axis_y_coupler_z = mul_add(cos_drive, sin_front, sin_drive * cos_front);
+        let axis_z_coupler_z = cos_drive_times_cos_front - sin_drive_times_sin_front;
+        let origin_coupler_x = cos_drive * self.drawing[45];
+        let minus_origin_coupler_z = sin_drive * self.drawing[45];
         // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point0_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[12],
+        let point0_original_coupler_x = mul_add(axis_y_coupler_x, self.drawing[28],
             origin_coupler_x);
-        let point0_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[12],
-            origin_coupler_z);
-        let point1_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[14],
+        let point0_original_coupler_z = mul_add(axis_y_coupler_z, self.drawing[28],
+            -minus_origin_coupler_z);
+        let point1_original_coupler_x = mul_add(axis_y_coupler_x, self.drawing[30],
             origin_coupler_x);
-        let point1_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[14],
-            origin_coupler_z);
+        let point1_original_coupler_z = mul_add(axis_y_coupler_z, self.drawing[30],
+            -minus_origin_coupler_z);
         let point2_original_coupler_x = mul_add(c(CLOSURE_POINT_COUPLER_Z), axis_y_coupler_z,
             point0_original_coupler_x);
         let point2_original_coupler_z = mul_add(c(CLOSURE_POINT_COUPLER_Z), axis_z_coupler_z,
@@ -819,18 +818,18 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let arm_loop0_2_coupler_x = point2_original_coupler_x - origin_coupler_x;
         let arm_loop0_2_coupler_z = minus_origin_coupler_z + point2_original_coupler_z;
         // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point1_ghost_coupler_ghost0_x = mul_add(axis_y_coupler_ghost0_x, self.drawing[13],
+        let point1_ghost_coupler_ghost0_x = mul_add(axis_y_coupler_ghost0_x, self.drawing[12],
             origin_coupler_ghost0_x);
-        let point1_ghost_coupler_ghost0_z = mul_add(axis_y_coupler_ghost0_z, self.drawing[13],
+        let point1_ghost_coupler_ghost0_z = mul_add(axis_y_coupler_ghost0_z, self.drawing[12],
             origin_coupler_ghost0_z);
         let point2_ghost_coupler_ghost0_x = mul_add(c(CLOSURE_POINT_COUPLER_GHOST0_Z),
             axis_z_coupler_ghost0_x, origin_coupler_ghost0_x);
         let point2_ghost_coupler_ghost0_z = mul_add(c(CLOSURE_POINT_COUPLER_GHOST0_Z),
             axis_y_coupler_ghost0_x, origin_coupler_ghost0_z);
         // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_0_rocker_x = origin_coupler_ghost0_x - self.drawing[36];
-        let arm_loop0_1_rocker_x = point1_ghost_coupler_ghost0_x - self.drawing[36];
-        let arm_loop0_2_rocker_x = point2_ghost_coupler_ghost0_x - self.drawing[36];
+        let arm_loop0_0_rocker_x = origin_coupler_ghost0_x + self.drawing[46];
+        let arm_loop0_1_rocker_x = self.drawing[46] + point1_ghost_coupler_ghost0_x;
+        let arm_loop0_2_rocker_x = self.drawing[46] + point2_ghost_coupler_ghost0_x;
         // coupler_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         let arm_loop0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
@@ -928,9 +927,9 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         poses[30] = -axis_y_coupler_z;
         poses[31] = c(0.0);
         poses[32] = axis_z_coupler_z;
-        poses[33] = mul_add(axis_y_coupler_x, self.drawing[37], cos_drive * self.drawing[37]);
+        poses[33] = mul_add(axis_y_coupler_x, self.drawing[45], cos_drive * self.drawing[45]);
         poses[34] = c(0.0);
-        poses[35] = mul_add(-sin_drive, self.drawing[37], axis_y_coupler_z * self.drawing[37]);
+        poses[35] = mul_add(sin_drive, self.drawing[47], axis_y_coupler_z * self.drawing[45]);
         poses[36] = cos_pivot;
         poses[37] = c(0.0);
         poses[38] = -sin_pivot;
@@ -940,9 +939,9 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         poses[42] = sin_pivot;
         poses[43] = c(0.0);
         poses[44] = cos_pivot;
-        poses[45] = mul_add(-self.drawing[36], cos_pivot, self.drawing[36]);
+        poses[45] = mul_add(cos_pivot, self.drawing[46], self.drawing[44]);
         poses[46] = c(0.0);
-        poses[47] = -self.drawing[36] * sin_pivot;
+        poses[47] = sin_pivot * self.drawing[46];
     }
     /// The positions of the output points.
     fn points_into(&self, q: &[S; 4], points: &mut [S; 3]) {
@@ -955,10 +954,9 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-cos_drive, cos_front, sin_drive * sin_front);
         let axis_y_coupler_z = mul_add(cos_drive, sin_front, sin_drive * cos_front);
-        let minus_origin_coupler_z = sin_drive * self.drawing[37];
-        points[0] = mul_add(-axis_y_coupler_x, self.drawing[39], cos_drive * self.drawing[37]);
-        points[1] = self.drawing[38];
-        points[2] = mul_add(-axis_y_coupler_z, self.drawing[39], -minus_origin_coupler_z);
+        points[0] = mul_add(axis_y_coupler_x, self.drawing[49], cos_drive * self.drawing[45]);
+        points[1] = self.drawing[48];
+        points[2] = mul_add(axis_y_coupler_z, self.drawing[49], sin_drive * self.drawing[47]);
     }
     /// The energies of the whole mechanism.
     fn energy_into(
@@ -998,30 +996,29 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let axis_y_coupler_ghost0_z = mul_add(cos_pivot, sin_back, sin_pivot * cos_back);
         let origin_coupler_ghost0_z = self.drawing[5] * sin_pivot;
         // mechanism: results: what the function returns
-        let kinetic_sum = mul_add(self.drawing[41], c(0.5) * (u[3] * u[3]),
-            self.drawing[43] * (u[0] * u[0] * c(0.5))) + mul_add(self.drawing[32],
+        let kinetic_sum = mul_add(self.drawing[50], c(0.5) * (u[3] * u[3]),
+            self.drawing[52] * (u[0] * u[0] * c(0.5))) + mul_add(self.drawing[37],
             c(0.5) * (omega_coupler_ghost0_x * omega_coupler_ghost0_x),
-            self.drawing[33] * (c(0.5) * (omega_coupler_x * omega_coupler_x)));
-        let kinetic_sum_2 = mul_add(self.drawing[44], mul_add(velocity_coupler_ghost0_z,
+            self.drawing[38] * (c(0.5) * (omega_coupler_x * omega_coupler_x)));
+        let kinetic_sum_2 = mul_add(self.drawing[53], mul_add(velocity_coupler_ghost0_z,
             velocity_coupler_ghost0_z, velocity_coupler_ghost0_y * velocity_coupler_ghost0_y),
-            mul_add(velocity_coupler_ghost0_z, self.drawing[28] * omega_coupler_ghost0_x,
-            mul_add(-minus_velocity_coupler_z, self.drawing[26] * omega_coupler_x, kinetic_sum)));
+            mul_add(velocity_coupler_ghost0_z, self.drawing[33] * omega_coupler_ghost0_x,
+            mul_add(-minus_velocity_coupler_z, self.drawing[41] * omega_coupler_x, kinetic_sum)));
         let kinetic_2 = mul_add(mul_add(minus_velocity_coupler_z, minus_velocity_coupler_z,
-            minus_velocity_coupler_y * minus_velocity_coupler_y), self.drawing[44],
-            mul_add(-velocity_coupler_ghost0_y, self.drawing[27] * omega_coupler_ghost0_x,
-            minus_velocity_coupler_y * (self.drawing[27] * omega_coupler_x))) + kinetic_sum_2;
-        let potential_sum = mul_add(self.drawing[31], c(0.5) * (q[3] * q[3]),
-            self.drawing[31] * (c(0.5) * (q[0] * q[0]))) + mul_add(self.drawing[31],
-            c(0.5) * (q[2] * q[2]), self.drawing[31] * (c(0.5) * (q[1] * q[1])));
-        let potential_sum_2 = mul_add(c(GRAVITY_Z), mul_add(self.drawing[27], axis_z_coupler_z,
-            mul_add(-self.drawing[42], minus_origin_coupler_z,
-            self.drawing[26] * axis_y_coupler_z)), mul_add(c(GRAVITY_Z), mul_add(self.drawing[25],
-            cos_drive, self.drawing[40] * sin_drive), mul_add(sin_pivot, self.drawing[45],
-            potential_sum)));
+            minus_velocity_coupler_y * minus_velocity_coupler_y), self.drawing[53],
+            mul_add(-velocity_coupler_ghost0_y, self.drawing[32] * omega_coupler_ghost0_x,
+            minus_velocity_coupler_y * (self.drawing[32] * omega_coupler_x))) + kinetic_sum_2;
+        let potential_sum = mul_add(self.drawing[36], c(0.5) * (q[3] * q[3]),
+            self.drawing[36] * (c(0.5) * (q[0] * q[0]))) + mul_add(self.drawing[36],
+            c(0.5) * (q[2] * q[2]), self.drawing[36] * (c(0.5) * (q[1] * q[1])));
+        let potential_sum_2 = mul_add(c(GRAVITY_Z), mul_add(self.drawing[32], axis_z_coupler_z,
+            mul_add(minus_origin_coupler_z, self.drawing[56], self.drawing[41] * axis_y_coupler_z)),
+            mul_add(c(GRAVITY_Z), mul_add(self.drawing[31], cos_drive,
+            self.drawing[55] * sin_drive), mul_add(sin_pivot, self.drawing[54], potential_sum)));
         kinetic[0] = kinetic_2;
-        potential[0] = mul_add(c(GRAVITY_Z), mul_add(self.drawing[28], axis_y_coupler_ghost0_z,
-            mul_add(self.drawing[27], axis_y_coupler_ghost0_x,
-            self.drawing[42] * origin_coupler_ghost0_z)), potential_sum_2);
+        potential[0] = mul_add(c(GRAVITY_Z), mul_add(self.drawing[33], axis_y_coupler_ghost0_z,
+            mul_add(self.drawing[32], axis_y_coupler_ghost0_x,
+            self.drawing[51] * origin_coupler_ghost0_z)), potential_sum_2);
     }
     /// The prescribed angle of each driven joint, in the order of the joints.
     fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
@@ -1071,13 +1068,13 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             -minus_apparent_gravity_rocker_y);
         // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_z = -lambda[1] - lambda[2];
-        let closure_moment_coupler_x = mul_add(self.drawing[14], lambda[2],
-            self.drawing[12] * lambda[1]);
+        let closure_moment_coupler_x = mul_add(self.drawing[13], lambda[2],
+            self.drawing[11] * lambda[1]);
         let closure_force_in_parent_coupler_z = mul_add(cos_front, closure_force_coupler_z,
             sin_front * lambda[0]);
         // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
-        let closure_moment_coupler_ghost0_x = self.drawing[13] * lambda[2];
+        let closure_moment_coupler_ghost0_x = self.drawing[12] * lambda[2];
         let closure_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
             closure_force_coupler_ghost0_z, sin_back * lambda[0]);
         // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
@@ -1089,23 +1086,31 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             sin_front * apparent_gravity_in_parent_coupler_z);
         let apparent_gravity_coupler_z = mul_add(-sin_front, apparent_gravity_in_parent_coupler_y,
             cos_front * apparent_gravity_in_parent_coupler_z);
-        let net_moment_coupler_x = mul_add(-self.drawing[27], apparent_gravity_coupler_y,
-            mul_add(self.drawing[26], apparent_gravity_coupler_z, -mul_add(self.drawing[59],
-            alpha_coupler_x, self.drawing[58] * alpha_coupler_x)));
-        let net_force_coupler_y = mul_add(self.drawing[42], apparent_gravity_coupler_y,
-            mul_add(self.drawing[27], alpha_coupler_x, self.drawing[26] * omega_coupler_xx));
-        let net_force_coupler_z = mul_add(self.drawing[42], apparent_gravity_coupler_z,
-            mul_add(-self.drawing[26], alpha_coupler_x, self.drawing[27] * omega_coupler_xx));
-        let net_moment_coupler_y = mul_add(-self.drawing[55], apparent_gravity_coupler_z,
-            mul_add(-self.drawing[57], omega_coupler_xx, self.drawing[56] * alpha_coupler_x));
-        let net_moment_coupler_z = mul_add(self.drawing[55], apparent_gravity_coupler_y,
-            mul_add(self.drawing[57], alpha_coupler_x, self.drawing[56] * omega_coupler_xx));
+        let net_moment_coupler_x = mul_add(apparent_gravity_coupler_y, self.drawing[42],
+            mul_add(self.drawing[41], apparent_gravity_coupler_z, -mul_add(self.drawing[68],
+            alpha_coupler_x, self.drawing[67] * alpha_coupler_x)));
+        let net_force_coupler_y = mul_add(self.drawing[51], apparent_gravity_coupler_y,
+            mul_add(self.drawing[32], alpha_coupler_x, self.drawing[41] * omega_coupler_xx));
+        let net_force_coupler_z = mul_add(self.drawing[51], apparent_gravity_coupler_z,
+            mul_add(alpha_coupler_x, self.drawing[72], self.drawing[32] * omega_coupler_xx));
+        let net_moment_coupler_y = mul_add(self.drawing[76], apparent_gravity_coupler_z,
+            mul_add(omega_coupler_xx, self.drawing[78], self.drawing[65] * alpha_coupler_x));
+        let net_moment_coupler_z = mul_add(self.drawing[64], apparent_gravity_coupler_y,
+            mul_add(self.drawing[66], alpha_coupler_x, self.drawing[65] * omega_coupler_xx));
         let transmitted_force_in_parent_coupler_z = mul_add(cos_front, net_force_coupler_z,
             sin_front * net_force_coupler_y);
+        // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let transmitted_moment_crank_y = mul_add(cos_front, net_moment_coupler_y,
+            mul_add(-sin_front, net_moment_coupler_z, mul_add(self.drawing[57],
+            minus_apparent_gravity_crank_z, mul_add(omega_crank_xx, self.drawing[81],
+            self.drawing[58] * a[0]))));
+        let transmitted_moment_crank_z = mul_add(sin_front, net_moment_coupler_y, mul_add(cos_front,
+            net_moment_coupler_z, mul_add(minus_apparent_gravity_crank_y, self.drawing[82],
+            mul_add(self.drawing[59], a[0], self.drawing[58] * omega_crank_xx))));
         // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_coupler_ghost0_x = a[2] + a[3];
         // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(-self.drawing[5], a[3],
+        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(a[3], self.drawing[77],
             -minus_apparent_gravity_rocker_z);
         let apparent_gravity_coupler_ghost0_y = mul_add(cos_back,
             apparent_gravity_in_parent_coupler_ghost0_y,
@@ -1113,65 +1118,58 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_back,
             apparent_gravity_in_parent_coupler_ghost0_y,
             cos_back * apparent_gravity_in_parent_coupler_ghost0_z);
-        let net_moment_coupler_ghost0_x = mul_add(self.drawing[28],
-            apparent_gravity_coupler_ghost0_z, -mul_add(self.drawing[27],
-            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[63], alpha_coupler_ghost0_x,
-            self.drawing[59] * alpha_coupler_ghost0_x)));
-        let net_force_coupler_ghost0_y = mul_add(self.drawing[42],
-            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[28], omega_coupler_ghost0_xx,
-            self.drawing[27] * alpha_coupler_ghost0_x));
-        let net_force_coupler_ghost0_z = mul_add(self.drawing[42],
-            apparent_gravity_coupler_ghost0_z, mul_add(-self.drawing[28], alpha_coupler_ghost0_x,
-            self.drawing[27] * omega_coupler_ghost0_xx));
-        let net_moment_coupler_ghost0_y = mul_add(-self.drawing[60],
-            apparent_gravity_coupler_ghost0_z, mul_add(-self.drawing[62], omega_coupler_ghost0_xx,
-            self.drawing[61] * alpha_coupler_ghost0_x));
-        let net_moment_coupler_ghost0_z = mul_add(self.drawing[60],
-            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[62], alpha_coupler_ghost0_x,
-            self.drawing[61] * omega_coupler_ghost0_xx));
+        let net_moment_coupler_ghost0_x = mul_add(self.drawing[33],
+            apparent_gravity_coupler_ghost0_z, -mul_add(self.drawing[32],
+            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[71], alpha_coupler_ghost0_x,
+            self.drawing[68] * alpha_coupler_ghost0_x)));
+        let net_force_coupler_ghost0_y = mul_add(self.drawing[51],
+            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[33], omega_coupler_ghost0_xx,
+            self.drawing[32] * alpha_coupler_ghost0_x));
+        let net_force_coupler_ghost0_z = mul_add(self.drawing[51],
+            apparent_gravity_coupler_ghost0_z, mul_add(alpha_coupler_ghost0_x, self.drawing[79],
+            self.drawing[32] * omega_coupler_ghost0_xx));
+        let net_moment_coupler_ghost0_y = mul_add(self.drawing[64],
+            apparent_gravity_coupler_ghost0_z, mul_add(omega_coupler_ghost0_xx, self.drawing[80],
+            self.drawing[69] * alpha_coupler_ghost0_x));
+        let net_moment_coupler_ghost0_z = mul_add(self.drawing[76],
+            apparent_gravity_coupler_ghost0_y, mul_add(self.drawing[70], alpha_coupler_ghost0_x,
+            self.drawing[69] * omega_coupler_ghost0_xx));
         let transmitted_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
             net_force_coupler_ghost0_z, sin_back * net_force_coupler_ghost0_y);
         let transmitted_moment_on_hinge_coupler_ghost0_y = mul_add(-sin_back,
             net_moment_coupler_ghost0_z, cos_back * net_moment_coupler_ghost0_y);
         let transmitted_moment_in_parent_coupler_ghost0_z = mul_add(cos_back,
             net_moment_coupler_ghost0_z, sin_back * net_moment_coupler_ghost0_y);
-        // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let transmitted_moment_crank_y = mul_add(cos_front, net_moment_coupler_y,
-            mul_add(-sin_front, net_moment_coupler_z, mul_add(self.drawing[47],
-            minus_apparent_gravity_crank_z, mul_add(-self.drawing[49], omega_crank_xx,
-            self.drawing[48] * a[0]))));
-        let transmitted_moment_crank_z = mul_add(sin_front, net_moment_coupler_y, mul_add(cos_front,
-            net_moment_coupler_z, mul_add(-self.drawing[47], minus_apparent_gravity_crank_y,
-            mul_add(self.drawing[49], a[0], self.drawing[48] * omega_crank_xx))));
         // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let transmitted_moment_rocker_y = transmitted_moment_on_hinge_coupler_ghost0_y
-            + mul_add(self.drawing[54], a[3], self.drawing[52] * minus_apparent_gravity_rocker_z);
+            + mul_add(self.drawing[63], a[3], self.drawing[75] * minus_apparent_gravity_rocker_z);
         let transmitted_moment_rocker_z = transmitted_moment_in_parent_coupler_ghost0_z
-            + mul_add(-self.drawing[52], minus_apparent_gravity_rocker_y,
-            self.drawing[54] * omega_rocker_xx);
+            + mul_add(minus_apparent_gravity_rocker_y, self.drawing[73],
+            self.drawing[63] * omega_rocker_xx);
         // mechanism: results: what the function returns
-        let reactions_0_1_sum = mul_add(-sin_front, net_force_coupler_z, mul_add(-self.drawing[46],
-            minus_apparent_gravity_crank_y, mul_add(cos_front, lambda[0], mul_add(-sin_front,
-            closure_force_coupler_z, mul_add(self.drawing[25], a[0],
-            self.drawing[40] * omega_crank_xx)))));
-        let reactions_0_3_sum = net_moment_coupler_x + (mul_add(-self.drawing[40],
-            minus_apparent_gravity_crank_z, closure_moment_coupler_x - mul_add(self.drawing[51],
-            a[0], self.drawing[50] * a[0])) + mul_add(-self.params.crank,
-            closure_force_in_parent_coupler_z, self.drawing[25] * minus_apparent_gravity_crank_y));
+        let reactions_0_1_sum = mul_add(-sin_front, net_force_coupler_z,
+            mul_add(minus_apparent_gravity_crank_y, self.drawing[83], mul_add(cos_front, lambda[0],
+            mul_add(-sin_front, closure_force_coupler_z, mul_add(self.drawing[31], a[0],
+            self.drawing[55] * omega_crank_xx)))));
+        let reactions_0_3_sum = net_moment_coupler_x + (mul_add(minus_apparent_gravity_crank_z,
+            self.drawing[74], closure_moment_coupler_x - mul_add(self.drawing[61], a[0],
+            self.drawing[60] * a[0])) + mul_add(-self.params.crank,
+            closure_force_in_parent_coupler_z, self.drawing[31] * minus_apparent_gravity_crank_y));
         let mechanism_sum = net_force_coupler_ghost0_z + closure_force_coupler_ghost0_z;
         let net_force_coupler_ghost0_y_plus_lambda_0 = net_force_coupler_ghost0_y + lambda[0];
         let transmitted_force_in_parent_coupler_ghost0_z_sum =
             transmitted_force_in_parent_coupler_ghost0_z + (closure_force_in_parent_coupler_ghost0_z
-            + mul_add(-self.drawing[53], a[3], cos_pivot * c(-MECHANISM_SUM_FACTOR)));
+            + mul_add(a[3], self.drawing[84], cos_pivot * c(-MECHANISM_SUM_FACTOR)));
         let mechanism_sum_2 = mul_add(cos_back, net_force_coupler_ghost0_y, mul_add(-sin_back,
-            net_force_coupler_ghost0_z, mul_add(self.drawing[53], omega_rocker_xx,
+            net_force_coupler_ghost0_z, mul_add(self.drawing[62], omega_rocker_xx,
             sin_pivot * c(-MECHANISM_SUM_FACTOR)) + mul_add(-sin_back,
             closure_force_coupler_ghost0_z, cos_back * lambda[0])));
         reactions[0] = c(0.0);
         reactions[1] = -mul_add(cos_front, net_force_coupler_y, reactions_0_1_sum);
-        reactions[2] = -(transmitted_force_in_parent_coupler_z + mul_add(-self.drawing[46],
-            minus_apparent_gravity_crank_z, closure_force_in_parent_coupler_z
-            + mul_add(-self.drawing[40], a[0], self.drawing[25] * omega_crank_xx)));
+        reactions[2] = -(transmitted_force_in_parent_coupler_z
+            + mul_add(minus_apparent_gravity_crank_z, self.drawing[83],
+            closure_force_in_parent_coupler_z + mul_add(a[0], self.drawing[74],
+            self.drawing[31] * omega_crank_xx)));
         reactions[3] = -mul_add(-self.params.crank, transmitted_force_in_parent_coupler_z,
             reactions_0_3_sum);
         reactions[4] = -transmitted_moment_crank_y;
@@ -1197,9 +1195,8 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             sin_pivot * mechanism_sum_2);
         reactions[21] = -mul_add(self.drawing[5], transmitted_force_in_parent_coupler_ghost0_z,
             net_moment_coupler_ghost0_x + mul_add(self.drawing[5],
-            closure_force_in_parent_coupler_ghost0_z, mul_add(-self.drawing[53],
-            minus_apparent_gravity_rocker_z, mul_add(-self.drawing[41], a[3],
-            closure_moment_coupler_ghost0_x))));
+            closure_force_in_parent_coupler_ghost0_z, mul_add(minus_apparent_gravity_rocker_z,
+            self.drawing[84], mul_add(a[3], self.drawing[85], closure_moment_coupler_ghost0_x))));
         reactions[22] = mul_add(-cos_pivot, transmitted_moment_rocker_y,
             sin_pivot * transmitted_moment_rocker_z);
         reactions[23] = mul_add(cos_pivot, transmitted_moment_rocker_z,
@@ -1242,7 +1239,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         // mechanism: number of the drawing: what follows from the parameters alone
         let minus_d_drawn = dp[0] * c(MINUS_D_DRAWN_FACTOR);
         let d_drawn_7 = minus_d_drawn / c(2.0);
-        let d_drawn_8 = mul_add(self.drawing[64], dp[3], dp[0] * self.drawing[65]);
+        let d_drawn_8 = mul_add(self.drawing[86], dp[3], dp[0] * self.drawing[87]);
         let d_drawn_9 = minus_d_drawn + d_drawn_8;
         let d_drawn_10 = d_drawn_9 / c(2.0);
         let d_drawn_11 = d_drawn_7 + d_drawn_10;
@@ -1257,75 +1254,75 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let d_mass_crank = d_drawn_16 * c(D_MASS_CRANK_FACTOR);
         let d_drawn_19 = minus_d_drawn / c(6.0);
         let d_drawn_20 = d_drawn_9 / c(6.0);
-        let d_drawn_21 = mul_add(self.drawing[70], d_drawn_20, dp[3] * self.drawing[71]);
+        let d_drawn_21 = mul_add(self.drawing[93], d_drawn_20, dp[3] * self.drawing[94]);
         let d_drawn_22 = mul_add(c(-MINUS_D_DRAWN_FACTOR_2), d_drawn_19, d_drawn_21);
         let d_drawn_23 = c(2.0) * dp[3];
         let d_drawn_24 = d_drawn_12 / c(6.0);
-        let d_drawn_25 = mul_add(self.drawing[72], d_drawn_24, d_drawn_23 * self.drawing[73]);
+        let d_drawn_25 = mul_add(self.drawing[95], d_drawn_24, d_drawn_23 * self.drawing[96]);
         let d_drawn_26 = d_drawn_22 + d_drawn_25;
         let d_drawn_27 = minus_d_drawn_2 / c(6.0);
-        let d_drawn_28 = mul_add(self.drawing[70], d_drawn_27, dp[3] * self.drawing[74]);
+        let d_drawn_28 = mul_add(self.drawing[93], d_drawn_27, dp[3] * self.drawing[97]);
         let d_drawn_29 = d_drawn_26 + d_drawn_28;
-        let d_drawn_times_drawing_75 = d_drawn_16 * self.drawing[75];
-        let d_drawn_30 = (d_drawn_29 - d_drawn_times_drawing_75) / self.drawing[66];
-        let d_drawn_31 = mul_add(dp[0], self.drawing[69], d_drawn_19 * self.drawing[76]);
+        let d_drawn_times_drawing_98 = d_drawn_16 * self.drawing[98];
+        let d_drawn_30 = (d_drawn_29 - d_drawn_times_drawing_98) / self.drawing[88];
+        let d_drawn_31 = mul_add(dp[0], self.drawing[92], d_drawn_19 * self.drawing[99]);
         let d_drawn_32 = dp[0] * c(2.0);
-        let d_drawn_33 = mul_add(self.drawing[71], d_drawn_32, d_drawn_20 * self.drawing[77]);
+        let d_drawn_33 = mul_add(self.drawing[94], d_drawn_32, d_drawn_20 * self.drawing[100]);
         let d_drawn_34 = d_drawn_31 + d_drawn_33;
-        let d_drawn_35 = mul_add(dp[0], self.drawing[73], d_drawn_24 * self.drawing[76]);
+        let d_drawn_35 = mul_add(dp[0], self.drawing[96], d_drawn_24 * self.drawing[99]);
         let d_drawn_36 = d_drawn_34 + d_drawn_35;
         let d_drawn_37 = mul_add(c(-MINUS_D_DRAWN_FACTOR_2), d_drawn_27, d_drawn_36);
-        let d_drawn_times_drawing_78 = d_drawn_16 * self.drawing[78];
-        let d_drawn_38 = (d_drawn_37 - d_drawn_times_drawing_78) / self.drawing[66];
-        let minus_d_first_moment_crank_y = mul_add(self.drawing[46], d_drawn_38,
-            d_mass_crank * self.drawing[79]);
-        let d_drawn_39 = mul_add(-d_mass_crank, self.drawing[80],
-            d_drawn_16 * c(D_DRAWN_FACTOR_3)) / self.drawing[46];
-        let d_first_moment_crank_z = mul_add(self.drawing[46], d_drawn_39,
-            d_mass_crank * self.drawing[81]);
+        let d_drawn_times_drawing_101 = d_drawn_16 * self.drawing[101];
+        let d_drawn_38 = (d_drawn_37 - d_drawn_times_drawing_101) / self.drawing[88];
+        let minus_d_first_moment_crank_y = mul_add(self.drawing[91], d_drawn_38,
+            d_mass_crank * self.drawing[102]);
+        let d_drawn_39 = mul_add(d_mass_crank, self.drawing[178],
+            d_drawn_16 * c(D_DRAWN_FACTOR_3)) / self.drawing[91];
+        let d_first_moment_crank_z = mul_add(self.drawing[91], d_drawn_39,
+            d_mass_crank * self.drawing[103]);
         let d_drawn_40 = minus_d_drawn / c(12.0);
-        let d_crank_times_drawing_64 = dp[0] * self.drawing[64];
-        let d_drawn_41 = mul_add(c(2.0), d_crank_times_drawing_64, -minus_d_drawn);
-        let d_drawn_42 = mul_add(self.drawing[82], d_drawn_41, d_drawn_40 * self.drawing[83]);
+        let d_crank_times_drawing_86 = dp[0] * self.drawing[86];
+        let d_drawn_41 = mul_add(c(2.0), d_crank_times_drawing_86, -minus_d_drawn);
+        let d_drawn_42 = mul_add(self.drawing[104], d_drawn_41, d_drawn_40 * self.drawing[105]);
         let d_drawn_43 = d_drawn_9 / c(12.0);
-        let d_drawn_44 = c(6.0) * d_crank_times_drawing_64;
-        let d_drawn_45 = mul_add(self.drawing[84], d_drawn_44, d_drawn_43 * self.drawing[85]);
+        let d_drawn_44 = c(6.0) * d_crank_times_drawing_86;
+        let d_drawn_45 = mul_add(self.drawing[106], d_drawn_44, d_drawn_43 * self.drawing[107]);
         let d_drawn_46 = d_drawn_42 + d_drawn_45;
         let d_drawn_47 = d_drawn_12 / c(12.0);
-        let d_drawn_48 = mul_add(d_drawn_41, self.drawing[86], d_drawn_47 * self.drawing[87]);
+        let d_drawn_48 = mul_add(d_drawn_41, self.drawing[108], d_drawn_47 * self.drawing[109]);
         let d_drawn_49 = d_drawn_46 + d_drawn_48;
         let d_drawn_50 = minus_d_drawn_2 / c(12.0);
         let d_drawn_51 = mul_add(c(D_DRAWN_FACTOR_4), d_drawn_50, d_drawn_49);
-        let d_drawn_52 = mul_add(self.drawing[66], d_drawn_38, d_drawn_times_drawing_78);
-        let d_drawn_53 = mul_add(self.drawing[78], d_drawn_52, d_drawn_38 * self.drawing[89]);
+        let d_drawn_52 = mul_add(self.drawing[88], d_drawn_38, d_drawn_times_drawing_101);
+        let d_drawn_53 = mul_add(self.drawing[101], d_drawn_52, d_drawn_38 * self.drawing[111]);
         let d_drawn_54 = d_drawn_51 - d_drawn_53;
         let d_drawn_55 = c(D_DRAWN_FACTOR) * d_drawn_54;
         let d_drawn_56 = d_drawn_16 * c(D_DRAWN_FACTOR_5);
         let d_drawn_57 = d_drawn_56 / c(12.0);
         let d_drawn_58 = d_drawn_55 + d_drawn_57;
-        let d_drawn_times_drawing_90 = d_drawn_39 * self.drawing[90];
-        let d_drawn_59 = -d_drawn_times_drawing_90 - d_drawn_times_drawing_90;
-        let d_drawn_60 = mul_add(self.drawing[67], d_drawn_59, d_drawn_17 * self.drawing[91]);
+        let d_drawn_times_drawing_112 = d_drawn_39 * self.drawing[112];
+        let d_drawn_59 = -d_drawn_times_drawing_112 - d_drawn_times_drawing_112;
+        let d_drawn_60 = mul_add(self.drawing[89], d_drawn_59, d_drawn_17 * self.drawing[113]);
         let d_drawn_61 = c(D_DRAWN_FACTOR_2) * d_drawn_54;
         let d_drawn_62 = d_drawn_16 * c(D_DRAWN_FACTOR_6);
         let d_drawn_63 = d_drawn_62 / c(12.0);
-        let d_drawn_times_drawing_92 = d_drawn_39 * self.drawing[92];
-        let d_drawn_64 = -d_drawn_times_drawing_92 - d_drawn_times_drawing_92;
-        let d_drawn_65 = mul_add(self.drawing[68], d_drawn_64, d_drawn_18 * self.drawing[93]);
-        let d_drawn_times_drawing_94 = d_drawn_39 * self.drawing[94];
-        let d_drawn_66 = -d_drawn_times_drawing_94 - d_drawn_times_drawing_94;
-        let d_drawn_67 = mul_add(self.drawing[67], d_drawn_66, d_drawn_17 * self.drawing[95]);
-        let d_width_times_drawing_65 = dp[3] * self.drawing[65];
-        let d_drawn_68 = mul_add(c(2.0), d_width_times_drawing_65, -minus_d_drawn_2);
-        let d_drawn_69 = mul_add(self.drawing[84], d_drawn_68, d_drawn_43 * self.drawing[96]);
+        let d_drawn_times_drawing_114 = d_drawn_39 * self.drawing[114];
+        let d_drawn_64 = -d_drawn_times_drawing_114 - d_drawn_times_drawing_114;
+        let d_drawn_65 = mul_add(self.drawing[90], d_drawn_64, d_drawn_18 * self.drawing[115]);
+        let d_drawn_times_drawing_116 = d_drawn_39 * self.drawing[116];
+        let d_drawn_66 = -d_drawn_times_drawing_116 - d_drawn_times_drawing_116;
+        let d_drawn_67 = mul_add(self.drawing[89], d_drawn_66, d_drawn_17 * self.drawing[117]);
+        let d_width_times_drawing_87 = dp[3] * self.drawing[87];
+        let d_drawn_68 = mul_add(c(2.0), d_width_times_drawing_87, -minus_d_drawn_2);
+        let d_drawn_69 = mul_add(self.drawing[106], d_drawn_68, d_drawn_43 * self.drawing[118]);
         let d_drawn_70 = mul_add(c(D_DRAWN_FACTOR_4), d_drawn_40, d_drawn_69);
-        let d_drawn_71 = c(6.0) * d_width_times_drawing_65;
-        let d_drawn_72 = mul_add(self.drawing[86], d_drawn_71, d_drawn_47 * self.drawing[97]);
+        let d_drawn_71 = c(6.0) * d_width_times_drawing_87;
+        let d_drawn_72 = mul_add(self.drawing[108], d_drawn_71, d_drawn_47 * self.drawing[119]);
         let d_drawn_73 = d_drawn_70 + d_drawn_72;
-        let d_drawn_74 = mul_add(self.drawing[88], d_drawn_68, d_drawn_50 * self.drawing[98]);
+        let d_drawn_74 = mul_add(self.drawing[110], d_drawn_68, d_drawn_50 * self.drawing[120]);
         let d_drawn_75 = d_drawn_73 + d_drawn_74;
-        let d_drawn_76 = mul_add(self.drawing[66], d_drawn_30, d_drawn_times_drawing_75);
-        let d_drawn_77 = mul_add(self.drawing[75], d_drawn_76, d_drawn_30 * self.drawing[99]);
+        let d_drawn_76 = mul_add(self.drawing[88], d_drawn_30, d_drawn_times_drawing_98);
+        let d_drawn_77 = mul_add(self.drawing[98], d_drawn_76, d_drawn_30 * self.drawing[121]);
         let d_drawn_78 = d_drawn_75 - d_drawn_77;
         let d_drawn_79 = c(D_DRAWN_FACTOR) * d_drawn_78;
         let d_drawn_80 = d_drawn_57 + d_drawn_79;
@@ -1338,32 +1335,32 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             + (d_drawn_61 + mul_add(c(2.0), d_drawn_58, d_drawn_60))))));
         let d_drawn_86 = d_drawn_85 * c(0.5);
         let d_drawn_87 = d_drawn_86 - d_drawn_82;
-        let d_drawn_88 = c(2.0) * (d_drawn_38 * self.drawing[79]);
-        let d_drawn_89 = mul_add(self.drawing[46], d_drawn_88, d_mass_crank * self.drawing[100]);
+        let d_drawn_88 = c(2.0) * (d_drawn_38 * self.drawing[102]);
+        let d_drawn_89 = mul_add(self.drawing[91], d_drawn_88, d_mass_crank * self.drawing[122]);
         let d_second_moment_crank_yy = d_drawn_87 + d_drawn_89;
         let d_drawn_90 = d_drawn_86 - d_drawn_84;
-        let d_drawn_91 = c(2.0) * (d_drawn_39 * self.drawing[81]);
-        let d_drawn_92 = mul_add(self.drawing[46], d_drawn_91, d_mass_crank * self.drawing[101]);
+        let d_drawn_91 = c(2.0) * (d_drawn_39 * self.drawing[103]);
+        let d_drawn_92 = mul_add(self.drawing[91], d_drawn_91, d_mass_crank * self.drawing[123]);
         let d_second_moment_crank_zz = d_drawn_90 + d_drawn_92;
         let d_drawn_93 = d_drawn_3 - d_drawn_4;
         let minus_d_drawn_3 = dp[0] * c(MINUS_D_DRAWN_FACTOR_2);
         let minus_d_drawn_4 = c(MINUS_D_DRAWN_FACTOR_2) * d_drawn;
         let d_drawn_94 = minus_d_drawn_4 - minus_d_drawn_3;
         let d_drawn_95 = d_drawn_94 / c(2.0);
-        let d_drawn_96 = mul_add(dp[3], self.drawing[104], d_drawn * self.drawing[105]);
+        let d_drawn_96 = mul_add(dp[3], self.drawing[126], d_drawn * self.drawing[127]);
         let d_drawn_97 = minus_d_drawn_4 + d_drawn_96;
         let d_drawn_98 = d_drawn_97 / c(2.0);
         let d_drawn_99 = d_drawn_95 + d_drawn_98;
-        let d_drawn_100 = mul_add(d_drawn_23, self.drawing[104], d_drawn * self.drawing[106]);
-        let d_drawn_101 = mul_add(self.drawing[105], d_drawn_6, dp[3] * self.drawing[107]);
+        let d_drawn_100 = mul_add(d_drawn_23, self.drawing[126], d_drawn * self.drawing[128]);
+        let d_drawn_101 = mul_add(self.drawing[127], d_drawn_6, dp[3] * self.drawing[129]);
         let d_drawn_102 = d_drawn_100 - d_drawn_101;
         let d_drawn_103 = d_drawn_102 / c(2.0);
         let d_drawn_104 = d_drawn_99 + d_drawn_103;
-        let d_drawn_105 = mul_add(d_drawn_23, self.drawing[103], dp[0] * self.drawing[106]);
+        let d_drawn_105 = mul_add(d_drawn_23, self.drawing[125], dp[0] * self.drawing[128]);
         let d_drawn_106 = d_drawn_101 - d_drawn_105;
         let d_drawn_107 = d_drawn_106 / c(2.0);
         let d_drawn_108 = d_drawn_104 + d_drawn_107;
-        let d_drawn_109 = mul_add(dp[3], self.drawing[103], dp[0] * self.drawing[105]);
+        let d_drawn_109 = mul_add(dp[3], self.drawing[125], dp[0] * self.drawing[127]);
         let d_drawn_110 = -minus_d_drawn_3 - d_drawn_109;
         let d_drawn_111 = d_drawn_110 / c(2.0);
         let d_drawn_112 = d_drawn_108 + d_drawn_111;
@@ -1373,109 +1370,109 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let d_mass_coupler = d_drawn_112 * c(0.3145);
         let d_drawn_116 = d_drawn_94 / c(6.0);
         let d_drawn_117 = d_drawn_97 / c(6.0);
-        let d_drawn_118 = mul_add(self.drawing[113], d_drawn_117, dp[3] * self.drawing[114]);
+        let d_drawn_118 = mul_add(self.drawing[135], d_drawn_117, dp[3] * self.drawing[136]);
         let d_drawn_119 = mul_add(c(-MINUS_D_DRAWN_FACTOR_3), d_drawn_116, d_drawn_118);
         let d_drawn_120 = dp[3] * c(3.0);
         let d_drawn_121 = d_drawn_102 / c(6.0);
-        let d_drawn_122 = mul_add(self.drawing[115], d_drawn_121, d_drawn_120 * self.drawing[116]);
+        let d_drawn_122 = mul_add(self.drawing[137], d_drawn_121, d_drawn_120 * self.drawing[138]);
         let d_drawn_123 = d_drawn_119 + d_drawn_122;
         let d_drawn_124 = d_drawn_106 / c(6.0);
-        let d_drawn_125 = mul_add(self.drawing[115], d_drawn_124, d_drawn_120 * self.drawing[117]);
+        let d_drawn_125 = mul_add(self.drawing[137], d_drawn_124, d_drawn_120 * self.drawing[139]);
         let d_drawn_126 = d_drawn_123 + d_drawn_125;
         let d_drawn_127 = d_drawn_110 / c(6.0);
-        let d_drawn_128 = mul_add(self.drawing[113], d_drawn_127, dp[3] * self.drawing[118]);
+        let d_drawn_128 = mul_add(self.drawing[135], d_drawn_127, dp[3] * self.drawing[140]);
         let d_drawn_129 = d_drawn_126 + d_drawn_128;
-        let d_drawn_times_drawing_119 = d_drawn_112 * self.drawing[119];
-        let d_drawn_130 = (d_drawn_129 - d_drawn_times_drawing_119) / self.drawing[108];
+        let d_drawn_times_drawing_141 = d_drawn_112 * self.drawing[141];
+        let d_drawn_130 = (d_drawn_129 - d_drawn_times_drawing_141) / self.drawing[130];
         let d_drawn_131 = dp[0] + d_drawn;
-        let d_drawn_132 = mul_add(self.drawing[112], d_drawn_131, d_drawn_116 * self.drawing[120]);
+        let d_drawn_132 = mul_add(self.drawing[134], d_drawn_131, d_drawn_116 * self.drawing[142]);
         let d_drawn_133 = c(2.0) * d_drawn;
-        let d_drawn_134 = mul_add(self.drawing[114], d_drawn_133, d_drawn_117 * self.drawing[121]);
+        let d_drawn_134 = mul_add(self.drawing[136], d_drawn_133, d_drawn_117 * self.drawing[143]);
         let d_drawn_135 = d_drawn_132 + d_drawn_134;
         let d_drawn_136 = d_drawn + d_drawn_6;
-        let d_drawn_137 = mul_add(self.drawing[116], d_drawn_136, d_drawn_121 * self.drawing[122]);
+        let d_drawn_137 = mul_add(self.drawing[138], d_drawn_136, d_drawn_121 * self.drawing[144]);
         let d_drawn_138 = d_drawn_135 + d_drawn_137;
         let d_drawn_139 = dp[0] + d_drawn_6;
-        let d_drawn_140 = mul_add(self.drawing[117], d_drawn_139, d_drawn_124 * self.drawing[123]);
+        let d_drawn_140 = mul_add(self.drawing[139], d_drawn_139, d_drawn_124 * self.drawing[145]);
         let d_drawn_141 = d_drawn_138 + d_drawn_140;
-        let d_drawn_142 = mul_add(d_drawn_32, self.drawing[118], d_drawn_127 * self.drawing[124]);
+        let d_drawn_142 = mul_add(d_drawn_32, self.drawing[140], d_drawn_127 * self.drawing[146]);
         let d_drawn_143 = d_drawn_141 + d_drawn_142;
-        let d_drawn_times_drawing_125 = d_drawn_112 * self.drawing[125];
-        let d_drawn_144 = (d_drawn_143 - d_drawn_times_drawing_125) / self.drawing[108];
+        let d_drawn_times_drawing_147 = d_drawn_112 * self.drawing[147];
+        let d_drawn_144 = (d_drawn_143 - d_drawn_times_drawing_147) / self.drawing[130];
         let d_drawn_145 = d_drawn_144 - dp[0];
-        let minus_d_first_moment_coupler_y = mul_add(self.drawing[42], d_drawn_145,
-            d_mass_coupler * self.drawing[126]);
-        let d_drawn_146 = mul_add(-d_drawn_115, self.drawing[127],
-            c(D_DRAWN_FACTOR_3) * d_drawn_112) / self.drawing[111];
-        let d_first_moment_coupler_z = mul_add(self.drawing[42], d_drawn_146,
-            d_mass_coupler * self.drawing[128]);
+        let minus_d_first_moment_coupler_y = mul_add(self.drawing[51], d_drawn_145,
+            d_mass_coupler * self.drawing[148]);
+        let d_drawn_146 = mul_add(d_drawn_115, self.drawing[179],
+            c(D_DRAWN_FACTOR_3) * d_drawn_112) / self.drawing[133];
+        let d_first_moment_coupler_z = mul_add(self.drawing[51], d_drawn_146,
+            d_mass_coupler * self.drawing[149]);
         let d_drawn_147 = d_drawn_94 / c(12.0);
-        let d_crank_times_drawing_103 = dp[0] * self.drawing[103];
-        let d_drawn_148 = c(2.0) * d_crank_times_drawing_103;
-        let d_drawn_149 = mul_add(d_drawn, self.drawing[103], dp[0] * self.drawing[104]);
+        let d_crank_times_drawing_125 = dp[0] * self.drawing[125];
+        let d_drawn_148 = c(2.0) * d_crank_times_drawing_125;
+        let d_drawn_149 = mul_add(d_drawn, self.drawing[125], dp[0] * self.drawing[126]);
         let d_drawn_150 = d_drawn_148 + d_drawn_149;
-        let d_drawn_times_drawing_104 = d_drawn * self.drawing[104];
-        let d_drawn_151 = c(2.0) * d_drawn_times_drawing_104;
+        let d_drawn_times_drawing_126 = d_drawn * self.drawing[126];
+        let d_drawn_151 = c(2.0) * d_drawn_times_drawing_126;
         let d_drawn_152 = d_drawn_150 + d_drawn_151;
-        let d_drawn_153 = mul_add(self.drawing[129], d_drawn_152, d_drawn_147 * self.drawing[130]);
+        let d_drawn_153 = mul_add(self.drawing[150], d_drawn_152, d_drawn_147 * self.drawing[151]);
         let d_drawn_154 = d_drawn_97 / c(12.0);
-        let d_drawn_155 = c(6.0) * d_drawn_times_drawing_104;
-        let d_drawn_156 = mul_add(self.drawing[131], d_drawn_155, d_drawn_154 * self.drawing[132]);
+        let d_drawn_155 = c(6.0) * d_drawn_times_drawing_126;
+        let d_drawn_156 = mul_add(self.drawing[152], d_drawn_155, d_drawn_154 * self.drawing[153]);
         let d_drawn_157 = d_drawn_153 + d_drawn_156;
         let d_drawn_158 = d_drawn_102 / c(12.0);
-        let d_drawn_159 = mul_add(self.drawing[104], d_drawn_6, d_drawn * self.drawing[107]);
+        let d_drawn_159 = mul_add(self.drawing[126], d_drawn_6, d_drawn * self.drawing[129]);
         let d_drawn_160 = d_drawn_151 + d_drawn_159;
-        let d_drawn_161 = c(2.0) * (d_drawn_6 * self.drawing[107]);
+        let d_drawn_161 = c(2.0) * (d_drawn_6 * self.drawing[129]);
         let d_drawn_162 = d_drawn_160 + d_drawn_161;
-        let d_drawn_163 = mul_add(self.drawing[133], d_drawn_162, d_drawn_158 * self.drawing[134]);
+        let d_drawn_163 = mul_add(self.drawing[154], d_drawn_162, d_drawn_158 * self.drawing[155]);
         let d_drawn_164 = d_drawn_157 + d_drawn_163;
         let d_drawn_165 = d_drawn_106 / c(12.0);
-        let d_drawn_166 = mul_add(self.drawing[103], d_drawn_6, dp[0] * self.drawing[107]);
+        let d_drawn_166 = mul_add(self.drawing[125], d_drawn_6, dp[0] * self.drawing[129]);
         let d_drawn_167 = d_drawn_161 + d_drawn_166;
         let d_drawn_168 = d_drawn_148 + d_drawn_167;
-        let d_drawn_169 = mul_add(self.drawing[135], d_drawn_168, d_drawn_165 * self.drawing[136]);
+        let d_drawn_169 = mul_add(self.drawing[156], d_drawn_168, d_drawn_165 * self.drawing[157]);
         let d_drawn_170 = d_drawn_164 + d_drawn_169;
         let d_drawn_171 = d_drawn_110 / c(12.0);
-        let d_drawn_172 = c(6.0) * d_crank_times_drawing_103;
-        let d_drawn_173 = mul_add(self.drawing[137], d_drawn_172, d_drawn_171 * self.drawing[138]);
+        let d_drawn_172 = c(6.0) * d_crank_times_drawing_125;
+        let d_drawn_173 = mul_add(self.drawing[158], d_drawn_172, d_drawn_171 * self.drawing[159]);
         let d_drawn_174 = d_drawn_170 + d_drawn_173;
-        let d_drawn_175 = mul_add(self.drawing[108], d_drawn_144, d_drawn_times_drawing_125);
-        let d_drawn_176 = mul_add(self.drawing[125], d_drawn_175, d_drawn_144 * self.drawing[139]);
+        let d_drawn_175 = mul_add(self.drawing[130], d_drawn_144, d_drawn_times_drawing_147);
+        let d_drawn_176 = mul_add(self.drawing[147], d_drawn_175, d_drawn_144 * self.drawing[160]);
         let d_drawn_177 = d_drawn_174 - d_drawn_176;
         let d_drawn_178 = c(D_DRAWN_FACTOR) * d_drawn_177;
         let d_drawn_179 = c(D_DRAWN_FACTOR_5) * d_drawn_112;
         let d_drawn_180 = d_drawn_179 / c(12.0);
         let d_drawn_181 = d_drawn_178 + d_drawn_180;
-        let d_drawn_times_drawing_140 = d_drawn_146 * self.drawing[140];
-        let d_drawn_182 = -d_drawn_times_drawing_140 - d_drawn_times_drawing_140;
-        let d_drawn_183 = mul_add(self.drawing[109], d_drawn_182, d_drawn_113 * self.drawing[141]);
+        let d_drawn_times_drawing_161 = d_drawn_146 * self.drawing[161];
+        let d_drawn_182 = -d_drawn_times_drawing_161 - d_drawn_times_drawing_161;
+        let d_drawn_183 = mul_add(self.drawing[131], d_drawn_182, d_drawn_113 * self.drawing[162]);
         let d_drawn_184 = c(D_DRAWN_FACTOR_2) * d_drawn_177;
         let d_drawn_185 = c(D_DRAWN_FACTOR_6) * d_drawn_112;
         let d_drawn_186 = d_drawn_185 / c(12.0);
-        let d_drawn_times_drawing_142 = d_drawn_146 * self.drawing[142];
-        let d_drawn_187 = -d_drawn_times_drawing_142 - d_drawn_times_drawing_142;
-        let d_drawn_188 = mul_add(self.drawing[110], d_drawn_187, d_drawn_114 * self.drawing[143]);
-        let d_drawn_times_drawing_144 = d_drawn_146 * self.drawing[144];
-        let d_drawn_189 = -d_drawn_times_drawing_144 - d_drawn_times_drawing_144;
-        let d_drawn_190 = mul_add(self.drawing[109], d_drawn_189, d_drawn_113 * self.drawing[145]);
-        let d_drawn_191 = c(2.0) * (dp[3] * self.drawing[105]);
+        let d_drawn_times_drawing_163 = d_drawn_146 * self.drawing[163];
+        let d_drawn_187 = -d_drawn_times_drawing_163 - d_drawn_times_drawing_163;
+        let d_drawn_188 = mul_add(self.drawing[132], d_drawn_187, d_drawn_114 * self.drawing[164]);
+        let d_drawn_times_drawing_165 = d_drawn_146 * self.drawing[165];
+        let d_drawn_189 = -d_drawn_times_drawing_165 - d_drawn_times_drawing_165;
+        let d_drawn_190 = mul_add(self.drawing[131], d_drawn_189, d_drawn_113 * self.drawing[166]);
+        let d_drawn_191 = c(2.0) * (dp[3] * self.drawing[127]);
         let d_drawn_192 = mul_add(c(-MINUS_D_DRAWN_FACTOR_2), dp[3], d_drawn_191);
-        let d_drawn_193 = mul_add(self.drawing[131], d_drawn_192, d_drawn_154 * self.drawing[146]);
+        let d_drawn_193 = mul_add(self.drawing[152], d_drawn_192, d_drawn_154 * self.drawing[167]);
         let d_drawn_194 = mul_add(c(D_DRAWN_FACTOR_7), d_drawn_147, d_drawn_193);
-        let d_drawn_195 = mul_add(d_drawn_23, self.drawing[105], dp[3] * self.drawing[106]);
+        let d_drawn_195 = mul_add(d_drawn_23, self.drawing[127], dp[3] * self.drawing[128]);
         let d_drawn_196 = d_drawn_191 + d_drawn_195;
-        let d_drawn_197 = c(2.0) * (d_drawn_23 * self.drawing[106]);
+        let d_drawn_197 = c(2.0) * (d_drawn_23 * self.drawing[128]);
         let d_drawn_198 = d_drawn_196 + d_drawn_197;
-        let d_drawn_199 = mul_add(self.drawing[133], d_drawn_198, d_drawn_158 * self.drawing[147]);
+        let d_drawn_199 = mul_add(self.drawing[154], d_drawn_198, d_drawn_158 * self.drawing[168]);
         let d_drawn_200 = d_drawn_194 + d_drawn_199;
         let d_drawn_201 = d_drawn_195 + d_drawn_197;
         let d_drawn_202 = d_drawn_191 + d_drawn_201;
-        let d_drawn_203 = mul_add(self.drawing[135], d_drawn_202, d_drawn_165 * self.drawing[148]);
+        let d_drawn_203 = mul_add(self.drawing[156], d_drawn_202, d_drawn_165 * self.drawing[169]);
         let d_drawn_204 = d_drawn_200 + d_drawn_203;
-        let d_drawn_205 = mul_add(self.drawing[137], d_drawn_192, d_drawn_171 * self.drawing[149]);
+        let d_drawn_205 = mul_add(self.drawing[158], d_drawn_192, d_drawn_171 * self.drawing[170]);
         let d_drawn_206 = d_drawn_204 + d_drawn_205;
-        let d_drawn_207 = mul_add(self.drawing[108], d_drawn_130, d_drawn_times_drawing_119);
-        let d_drawn_208 = mul_add(self.drawing[119], d_drawn_207, d_drawn_130 * self.drawing[150]);
+        let d_drawn_207 = mul_add(self.drawing[130], d_drawn_130, d_drawn_times_drawing_141);
+        let d_drawn_208 = mul_add(self.drawing[141], d_drawn_207, d_drawn_130 * self.drawing[171]);
         let d_drawn_209 = d_drawn_206 - d_drawn_208;
         let d_drawn_210 = c(D_DRAWN_FACTOR) * d_drawn_209;
         let d_drawn_211 = d_drawn_180 + d_drawn_210;
@@ -1489,36 +1486,36 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let d_drawn_217 = c(0.5) * d_drawn_216;
         let d_drawn_218 = d_drawn_217 - d_drawn_213;
         let d_drawn_219 = c(0.5) * d_drawn_218;
-        let d_drawn_220 = c(2.0) * (self.drawing[126] * d_drawn_145);
-        let d_drawn_221 = mul_add(self.drawing[42], d_drawn_220,
-            d_mass_coupler * self.drawing[151]);
+        let d_drawn_220 = c(2.0) * (self.drawing[148] * d_drawn_145);
+        let d_drawn_221 = mul_add(self.drawing[51], d_drawn_220,
+            d_mass_coupler * self.drawing[172]);
         let d_second_moment_coupler_yy = d_drawn_219 + d_drawn_221;
         let d_drawn_222 = d_drawn_217 - d_drawn_215;
-        let d_drawn_223 = c(2.0) * (d_drawn_146 * self.drawing[128]);
-        let d_drawn_224 = mul_add(self.drawing[42], d_drawn_223,
-            d_mass_coupler * self.drawing[152]);
+        let d_drawn_223 = c(2.0) * (d_drawn_146 * self.drawing[149]);
+        let d_drawn_224 = mul_add(self.drawing[51], d_drawn_223,
+            d_mass_coupler * self.drawing[173]);
         let d_second_moment_coupler_zz = mul_add(c(0.5), d_drawn_222, d_drawn_224);
         let d_drawn_225 = d_drawn_144 - d_drawn;
-        let d_first_moment_coupler_ghost0_y = mul_add(self.drawing[42], d_drawn_225,
-            d_mass_coupler * self.drawing[153]);
-        let d_drawn_226 = c(2.0) * (self.drawing[153] * d_drawn_225);
-        let d_drawn_227 = mul_add(self.drawing[42], d_drawn_226,
-            d_mass_coupler * self.drawing[154]);
+        let d_first_moment_coupler_ghost0_y = mul_add(self.drawing[51], d_drawn_225,
+            d_mass_coupler * self.drawing[174]);
+        let d_drawn_226 = c(2.0) * (self.drawing[174] * d_drawn_225);
+        let d_drawn_227 = mul_add(self.drawing[51], d_drawn_226,
+            d_mass_coupler * self.drawing[175]);
         let d_second_moment_coupler_ghost0_yy = d_drawn_219 + d_drawn_227;
-        let minus_d_drawn_5 = mul_add(d_mass_coupler, self.params.crank, dp[0] * self.drawing[42]);
+        let minus_d_drawn_5 = mul_add(d_mass_coupler, self.params.crank, dp[0] * self.drawing[51]);
         let d_minimal_first_moment_crank_y = -minus_d_first_moment_crank_y - minus_d_drawn_5;
         let d_drawn_228 = c(2.0) * (dp[0] * self.params.crank);
-        let d_drawn_229 = mul_add(self.drawing[42], d_drawn_228,
-            d_mass_coupler * self.drawing[155]);
+        let d_drawn_229 = mul_add(self.drawing[51], d_drawn_228,
+            d_mass_coupler * self.drawing[176]);
         let d_minimal_second_moment_crank_yy = d_second_moment_crank_yy + d_drawn_229;
         let d_drawn_230 = d_drawn - d_drawn_4;
-        let d_drawn_231 = mul_add(self.drawing[42], d_drawn_230, d_mass_coupler * self.drawing[5]);
+        let d_drawn_231 = mul_add(self.drawing[51], d_drawn_230, d_mass_coupler * self.drawing[5]);
         let d_minimal_first_moment_rocker_y = mul_add(c(MASS_ROCKER), d_drawn_93, d_drawn_231);
         let d_drawn_232 = c(2.0) * (self.drawing[5] * d_drawn_230);
-        let d_drawn_233 = mul_add(self.drawing[42], d_drawn_232,
-            d_mass_coupler * self.drawing[156]);
+        let d_drawn_233 = mul_add(self.drawing[51], d_drawn_232,
+            d_mass_coupler * self.drawing[177]);
         let d_minimal_second_moment_rocker_yy = mul_add(c(STIFFNESS_DRIVE),
-            self.drawing[102] * d_drawn_93, d_drawn_233);
+            self.drawing[124] * d_drawn_93, d_drawn_233);
         let d_drawn_234 = d_drawn - dp[0];
         // crank: hinge angle: s = sin q, c = cos q
         let d_sin_drive = dq[0] * cos_drive;
@@ -1591,15 +1588,15 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             d_drawn_230 * sin_back), mul_add(-cos_back,
             minus_d_velocity_product_on_hinge_coupler_ghost0_y,
             minus_d_cos_back * minus_velocity_product_on_hinge_coupler_ghost0_y));
-        let d_acceleration_coupler_ghost0_z = mul_add(a[3], mul_add(-self.drawing[5],
-            minus_d_cos_back, d_drawn_230 * cos_back), -mul_add(-sin_back,
+        let d_acceleration_coupler_ghost0_z = mul_add(a[3], mul_add(minus_d_cos_back,
+            self.drawing[77], d_drawn_230 * cos_back), -mul_add(-sin_back,
             minus_d_velocity_product_on_hinge_coupler_ghost0_y,
             -d_sin_back * minus_velocity_product_on_hinge_coupler_ghost0_y));
         // mechanism: results: what the function returns
         let closure_1 = d_acceleration_coupler_ghost0_z - mul_add(-d_drawn_234, alpha_coupler_x,
             d_acceleration_coupler_z);
         // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(-self.drawing[5], a[3],
+        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(a[3], self.drawing[77],
             -minus_apparent_gravity_rocker_z);
         let d_apparent_gravity_in_parent_coupler_ghost0_z = mul_add(-d_drawn_230, a[3],
             -minus_d_apparent_gravity_rocker_z);
@@ -1619,20 +1616,20 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             cos_back * d_apparent_gravity_in_parent_coupler_ghost0_z) - mul_add(sin_back,
             d_apparent_gravity_in_parent_coupler_ghost0_y,
             d_sin_back * apparent_gravity_in_parent_coupler_ghost0_y);
-        let minus_net_force_coupler_ghost0_y = mul_add(-self.drawing[28], omega_coupler_ghost0_xx,
-            -self.drawing[27] * alpha_coupler_ghost0_x);
+        let minus_net_force_coupler_ghost0_y = mul_add(omega_coupler_ghost0_xx, self.drawing[79],
+            alpha_coupler_ghost0_x * self.drawing[42]);
         let minus_d_net_force_coupler_ghost0_y = -d_first_moment_coupler_z * alpha_coupler_ghost0_x
-            - mul_add(self.drawing[28], d_omega_coupler_ghost0_xx,
+            - mul_add(self.drawing[33], d_omega_coupler_ghost0_xx,
             d_first_moment_coupler_ghost0_y * omega_coupler_ghost0_xx);
-        let minus_net_force_coupler_ghost0_z = mul_add(-self.drawing[27], omega_coupler_ghost0_xx,
-            self.drawing[28] * alpha_coupler_ghost0_x);
+        let minus_net_force_coupler_ghost0_z = mul_add(omega_coupler_ghost0_xx, self.drawing[42],
+            self.drawing[33] * alpha_coupler_ghost0_x);
         let minus_d_net_force_coupler_ghost0_z = mul_add(d_first_moment_coupler_ghost0_y,
-            alpha_coupler_ghost0_x, -mul_add(self.drawing[27], d_omega_coupler_ghost0_xx,
+            alpha_coupler_ghost0_x, -mul_add(self.drawing[32], d_omega_coupler_ghost0_xx,
             d_first_moment_coupler_z * omega_coupler_ghost0_xx));
-        let d_net_moment_coupler_ghost0_x = mul_add(self.drawing[28],
+        let d_net_moment_coupler_ghost0_x = mul_add(self.drawing[33],
             d_apparent_gravity_coupler_ghost0_z,
             d_first_moment_coupler_ghost0_y * apparent_gravity_coupler_ghost0_z)
-            - mul_add(self.drawing[27], d_apparent_gravity_coupler_ghost0_y,
+            - mul_add(self.drawing[32], d_apparent_gravity_coupler_ghost0_y,
             d_first_moment_coupler_z * apparent_gravity_coupler_ghost0_y)
             - mul_add(d_second_moment_coupler_ghost0_yy, alpha_coupler_ghost0_x,
             d_second_moment_coupler_zz * alpha_coupler_ghost0_x);
@@ -1646,7 +1643,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             + mul_add(self.drawing[5], d_balance_force_in_parent_coupler_ghost0_z,
             d_drawn_230 * balance_force_in_parent_coupler_ghost0_z);
         let d_imbalance_back = d_net_moment_coupler_ghost0_x - mul_add(q[2], d_stiffness_drive_3,
-            dq[2] * self.drawing[31]);
+            dq[2] * self.drawing[36]);
         // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
         let closure_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
@@ -1658,13 +1655,13 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             d_drawn_230 * closure_force_in_parent_coupler_ghost0_z);
         // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_net_moment_rocker_x = mul_add(-d_minimal_second_moment_rocker_yy, a[3],
-            mul_add(-self.drawing[30], minus_d_apparent_gravity_rocker_z,
-            -d_minimal_first_moment_rocker_y * minus_apparent_gravity_rocker_z));
+            mul_add(-d_minimal_first_moment_rocker_y, minus_apparent_gravity_rocker_z,
+            minus_d_apparent_gravity_rocker_z * self.drawing[182]));
         let d_balance_moment_rocker_x = d_net_moment_rocker_x
             + d_balance_moment_in_parent_coupler_ghost0_x;
         let d_imbalance_pivot = d_balance_moment_rocker_x
             + (d_closure_moment_in_parent_coupler_ghost0_x - mul_add(q[3], d_stiffness_drive_3,
-            dq[3] * self.drawing[31]));
+            dq[3] * self.drawing[36]));
         // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_z = -lambda[1] - lambda[2];
         let d_closure_moment_coupler_x = mul_add(d_drawn_234, lambda[2], d_drawn_234 * lambda[1]);
@@ -1694,19 +1691,19 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             cos_front * d_apparent_gravity_in_parent_coupler_z) - mul_add(sin_front,
             d_apparent_gravity_in_parent_coupler_y,
             d_sin_front * apparent_gravity_in_parent_coupler_y);
-        let minus_net_force_coupler_y = mul_add(-self.drawing[27], alpha_coupler_x,
-            -self.drawing[26] * omega_coupler_xx);
+        let minus_net_force_coupler_y = mul_add(alpha_coupler_x, self.drawing[42],
+            omega_coupler_xx * self.drawing[72]);
         let minus_d_net_force_coupler_y = mul_add(-d_first_moment_coupler_z, alpha_coupler_x,
-            mul_add(-self.drawing[26], d_omega_coupler_xx,
+            mul_add(d_omega_coupler_xx, self.drawing[72],
             minus_d_first_moment_coupler_y * omega_coupler_xx));
-        let minus_net_force_coupler_z = mul_add(-self.drawing[27], omega_coupler_xx,
-            self.drawing[26] * alpha_coupler_x);
+        let minus_net_force_coupler_z = mul_add(omega_coupler_xx, self.drawing[42],
+            self.drawing[41] * alpha_coupler_x);
         let minus_d_net_force_coupler_z = -minus_d_first_moment_coupler_y * alpha_coupler_x
-            - mul_add(self.drawing[27], d_omega_coupler_xx,
+            - mul_add(self.drawing[32], d_omega_coupler_xx,
             d_first_moment_coupler_z * omega_coupler_xx);
         let d_net_moment_coupler_x = mul_add(-minus_d_first_moment_coupler_y,
-            apparent_gravity_coupler_z, self.drawing[26] * d_apparent_gravity_coupler_z)
-            - mul_add(self.drawing[27], d_apparent_gravity_coupler_y,
+            apparent_gravity_coupler_z, self.drawing[41] * d_apparent_gravity_coupler_z)
+            - mul_add(self.drawing[32], d_apparent_gravity_coupler_y,
             d_first_moment_coupler_z * apparent_gravity_coupler_y)
             - mul_add(d_second_moment_coupler_zz, alpha_coupler_x,
             d_second_moment_coupler_yy * alpha_coupler_x);
@@ -1719,21 +1716,21 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             - mul_add(self.params.crank, d_balance_force_in_parent_coupler_z,
             dp[0] * balance_force_in_parent_coupler_z);
         let d_imbalance_front = d_net_moment_coupler_x + (d_closure_moment_coupler_x - mul_add(q[1],
-            d_stiffness_drive_3, dq[1] * self.drawing[31]));
+            d_stiffness_drive_3, dq[1] * self.drawing[36]));
         // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_crank_x = mul_add(-self.drawing[29], minus_d_apparent_gravity_crank_z,
-            -d_minimal_first_moment_crank_y * minus_apparent_gravity_crank_z)
-            - mul_add(-self.drawing[25], minus_d_apparent_gravity_crank_y,
-            -d_first_moment_crank_z * minus_apparent_gravity_crank_y)
+        let d_net_moment_crank_x = mul_add(-d_minimal_first_moment_crank_y,
+            minus_apparent_gravity_crank_z, minus_d_apparent_gravity_crank_z * self.drawing[181])
+            - mul_add(-d_first_moment_crank_z, minus_apparent_gravity_crank_y,
+            minus_d_apparent_gravity_crank_y * self.drawing[180])
             - mul_add(d_minimal_second_moment_crank_yy, a[0], d_second_moment_crank_zz * a[0]);
         let d_balance_moment_crank_x = d_net_moment_crank_x + d_balance_moment_in_parent_coupler_x;
         let d_imbalance_drive = d_balance_moment_crank_x + (d_closure_moment_in_parent_coupler_x
-            - mul_add(q[0], d_stiffness_drive_3, dq[0] * self.drawing[31]));
+            - mul_add(q[0], d_stiffness_drive_3, dq[0] * self.drawing[36]));
         forces[0] = d_imbalance_drive;
         forces[1] = d_imbalance_front;
         forces[2] = d_imbalance_back;
         forces[3] = d_imbalance_pivot;
-        closure[0] = mul_add(omega_coupler_xx, d_drawn_234, d_omega_coupler_xx * self.drawing[12])
+        closure[0] = mul_add(omega_coupler_xx, d_drawn_234, d_omega_coupler_xx * self.drawing[11])
             + (d_acceleration_coupler_y + d_acceleration_coupler_ghost0_y);
         closure[1] = closure_1;
         closure[2] = closure_1;
@@ -1786,8 +1783,8 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let minus_bias_force_coupler_y = self.drawing[1] * omega_coupler_xx;
         let bias_force_coupler_z = self.drawing[2] * omega_coupler_xx;
-        let bias_moment_coupler_x = mul_add(-self.drawing[2], apparent_gravity_coupler_y,
-            -self.drawing[1] * apparent_gravity_coupler_z);
+        let bias_moment_coupler_x = mul_add(apparent_gravity_coupler_y, self.drawing[25],
+            apparent_gravity_coupler_z * self.drawing[24]);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z), sin_pivot,
             minus_velocity_product_on_hinge_coupler_ghost0_y);
@@ -1799,24 +1796,24 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_coupler_ghost0_y = self.drawing[3] * omega_coupler_ghost0_xx;
         let bias_force_coupler_ghost0_z = self.drawing[2] * omega_coupler_ghost0_xx;
-        let bias_moment_coupler_ghost0_x = mul_add(-self.drawing[2],
+        let bias_moment_coupler_ghost0_x = mul_add(self.drawing[25],
             apparent_gravity_coupler_ghost0_y, self.drawing[3] * apparent_gravity_coupler_ghost0_z);
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z = mul_add(cos_back,
             bias_force_coupler_ghost0_z, sin_back * bias_force_coupler_ghost0_y);
-        let generalized_force_back = mul_add(-q[2], self.drawing[7], bias_moment_coupler_ghost0_x);
+        let generalized_force_back = mul_add(q[2], self.drawing[26], bias_moment_coupler_ghost0_x);
         // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_z = mul_add(-sin_front, minus_bias_force_coupler_y,
             cos_front * bias_force_coupler_z);
-        let generalized_force_front = mul_add(-q[1], self.drawing[7], bias_moment_coupler_x);
+        let generalized_force_front = mul_add(q[1], self.drawing[26], bias_moment_coupler_x);
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[2], sin_back,
+        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(sin_back, self.drawing[25],
             self.drawing[3] * cos_back);
         let inertia_back_moment_in_parent_coupler_ghost0_x = mul_add(self.drawing[5],
             inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[8]);
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[2], sin_front,
-            -self.drawing[1] * cos_front);
+        let inertia_front_force_in_parent_coupler_z = mul_add(sin_front, self.drawing[25],
+            cos_front * self.drawing[24]);
         let inertia_front_moment_in_parent_coupler_x = mul_add(-self.params.crank,
             inertia_front_force_in_parent_coupler_z, self.drawing[9]);
         // coupler: partial velocities: dw/du, dv/du
@@ -1829,32 +1826,32 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let gamma_loop0_1 = mul_add(sin_back, minus_velocity_product_on_hinge_coupler_ghost0_y,
             sin_front * velocity_product_on_hinge_coupler_y);
         // coupler_ghost0: factor of the mass matrix: M = L^T D L
-        let l_back_pivot = inertia_back_moment_in_parent_coupler_ghost0_x * self.drawing[15];
+        let l_back_pivot = inertia_back_moment_in_parent_coupler_ghost0_x * self.drawing[14];
         // rocker: factor of the mass matrix: M = L^T D L
         let inverse_pivot_pivot = c(1.0) / mul_add(-inertia_back_moment_in_parent_coupler_ghost0_x,
             l_back_pivot, mul_add(inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[10],
-            self.drawing[16]));
+            self.drawing[15]));
         // coupler: factor of the mass matrix: M = L^T D L
-        let l_front_drive = inertia_front_moment_in_parent_coupler_x * self.drawing[17];
+        let l_front_drive = inertia_front_moment_in_parent_coupler_x * self.drawing[16];
         // mechanism: reduced force: y = L^-T f
         let y_pivot = mul_add(-generalized_force_back, l_back_pivot, bias_moment_coupler_ghost0_x
             + mul_add(self.drawing[5], subtree_force_in_parent_coupler_ghost0_z, -mul_add(q[3],
             self.drawing[7], self.drawing[6] * minus_apparent_gravity_rocker_z)));
         let y_drive = mul_add(-generalized_force_front, l_front_drive, bias_moment_coupler_x
-            + (mul_add(-q[0], self.drawing[7], self.drawing[0] * minus_apparent_gravity_crank_y)
+            + (mul_add(q[0], self.drawing[26], self.drawing[0] * minus_apparent_gravity_crank_y)
             - mul_add(self.params.crank, subtree_force_in_parent_coupler_z,
             self.drawing[4] * minus_apparent_gravity_crank_z)));
+        // mechanism: reduced closure Jacobian: Y = J L^-1
+        let y0_1_drive = mul_add(l_front_drive, self.drawing[28], self.drawing[11]
+            + minus_velocity_coupler_z_by_drive);
+        let y0_2_pivot = mul_add(l_back_pivot, self.drawing[29], velocity_coupler_ghost0_z_by_pivot
+            + self.drawing[12]);
+        let y0_2_drive = mul_add(l_front_drive, self.drawing[30], minus_velocity_coupler_z_by_drive
+            + self.drawing[13]);
         // crank: factor of the mass matrix: M = L^T D L
         let inverse_pivot_drive = c(1.0) / mul_add(-inertia_front_moment_in_parent_coupler_x,
-            l_front_drive, mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[11],
-            self.drawing[18]));
-        // mechanism: reduced closure Jacobian: Y = J L^-1
-        let y0_1_drive = mul_add(-self.drawing[12], l_front_drive, self.drawing[12]
-            + minus_velocity_coupler_z_by_drive);
-        let y0_2_pivot = mul_add(-self.drawing[13], l_back_pivot, velocity_coupler_ghost0_z_by_pivot
-            + self.drawing[13]);
-        let y0_2_drive = mul_add(-self.drawing[14], l_front_drive, minus_velocity_coupler_z_by_drive
-            + self.drawing[14]);
+            l_front_drive, mul_add(inertia_front_force_in_parent_coupler_z, self.drawing[27],
+            self.drawing[17]));
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let minus_y_over_d0_0_drive = minus_velocity_coupler_y_by_drive * inverse_pivot_drive;
         let y_over_d0_0_pivot = velocity_coupler_ghost0_y_by_pivot * inverse_pivot_pivot;
@@ -1867,18 +1864,18 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let s_loop0_1_0 = mul_add(-minus_velocity_coupler_y_by_drive, y_over_d0_1_drive,
             velocity_coupler_ghost0_y_by_pivot * y_over_d0_1_pivot);
         let s_loop0_1_1 = mul_add(y0_1_drive, y_over_d0_1_drive,
-            mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_1_pivot, self.drawing[22]));
+            mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_1_pivot, self.drawing[21]));
         let s_loop0_2_0 = mul_add(-minus_velocity_coupler_y_by_drive, y_over_d0_2_drive,
             velocity_coupler_ghost0_y_by_pivot * y_over_d0_2_pivot);
         let s_loop0_2_2 = mul_add(y0_2_drive, y_over_d0_2_drive, mul_add(y0_2_pivot,
-            y_over_d0_2_pivot, self.drawing[24]));
+            y_over_d0_2_pivot, self.drawing[23]));
         let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
         let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
         let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
         let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
         let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0, mul_add(y0_1_drive,
             y_over_d0_2_drive, mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_2_pivot,
-            self.drawing[23])));
+            self.drawing[22])));
         let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
         let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
         let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
@@ -1888,14 +1885,14 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let minus_forward_lambda0_0 = mul_add(-minus_y_over_d0_0_drive, y_drive,
             mul_add(y_over_d0_0_pivot, y_pivot, mul_add(-cos_back,
             minus_velocity_product_on_hinge_coupler_ghost0_y, mul_add(omega_coupler_xx,
-            self.drawing[12], cos_front * velocity_product_on_hinge_coupler_y))));
+            self.drawing[11], cos_front * velocity_product_on_hinge_coupler_y))));
         let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
             -mul_add(y_over_d0_1_drive, y_drive, mul_add(y_over_d0_1_pivot, y_pivot,
-            mul_add(generalized_force_front, self.drawing[19], gamma_loop0_1))));
+            mul_add(generalized_force_front, self.drawing[18], gamma_loop0_1))));
         let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
             minus_forward_lambda0_0, -mul_add(y_over_d0_2_drive, y_drive, mul_add(y_over_d0_2_pivot,
-            y_pivot, mul_add(generalized_force_front, self.drawing[20],
-            mul_add(generalized_force_back, self.drawing[21], gamma_loop0_1))))));
+            y_pivot, mul_add(generalized_force_front, self.drawing[19],
+            mul_add(generalized_force_back, self.drawing[20], gamma_loop0_1))))));
         let lambda0_2 = inverse_pivot_loop0_2 * forward_lambda0_2;
         let lambda0_1 = mul_add(-l_loop0_2_1, lambda0_2, inverse_pivot_loop0_1 * forward_lambda0_1);
         let lambda0_0 = mul_add(-l_loop0_1_0, lambda0_1, mul_add(-l_loop0_2_0, lambda0_2,
@@ -1915,15 +1912,15 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let acceleration_pivot = mul_add(y_over_d0_0_pivot, lambda0_0, mul_add(y_over_d0_1_pivot,
             lambda0_1, mul_add(y_over_d0_2_pivot, lambda0_2, inverse_pivot_pivot * y_pivot)));
         let acceleration_front = mul_add(-l_front_drive, acceleration_drive,
-            mul_add(self.drawing[19], lambda0_1, mul_add(self.drawing[20], lambda0_2,
-            generalized_force_front * self.drawing[17])));
-        let acceleration_back = mul_add(-l_back_pivot, acceleration_pivot, mul_add(self.drawing[21],
-            lambda0_2, generalized_force_back * self.drawing[15]));
+            mul_add(self.drawing[18], lambda0_1, mul_add(self.drawing[19], lambda0_2,
+            generalized_force_front * self.drawing[16])));
+        let acceleration_back = mul_add(-l_back_pivot, acceleration_pivot, mul_add(self.drawing[20],
+            lambda0_2, generalized_force_back * self.drawing[14]));
         acceleration[0] = acceleration_drive;
         acceleration[1] = acceleration_front;
         acceleration[2] = acceleration_back;
         acceleration[3] = acceleration_pivot;
-        margin[0] = S::min(S::min(S::min(inverse_pivot_drive, self.drawing[17]), self.drawing[15]),
+        margin[0] = S::min(S::min(S::min(inverse_pivot_drive, self.drawing[16]), self.drawing[14]),
             inverse_pivot_pivot);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
@@ -1946,21 +1943,16 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             (sin_front, cos_front),
             (sin_back, cos_back),
         ] = S::sin_cos_all([q[0], q[3], q[1], q[2]]);
-        // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_front_force_in_parent_coupler_z = mul_add(-self.drawing[2], sin_front,
-            -self.drawing[1] * cos_front);
-        let inertia_front_moment_in_parent_coupler_x = mul_add(-self.params.crank,
-            inertia_front_force_in_parent_coupler_z, self.drawing[9]);
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_pivot, sin_back, cos_pivot * cos_back);
         let sin_pivot_times_cos_back = sin_pivot * cos_back;
         let cos_pivot_times_sin_back = cos_pivot * sin_back;
         let axis_y_coupler_ghost0_z = sin_pivot_times_cos_back + cos_pivot_times_sin_back;
         let axis_z_coupler_ghost0_x = -sin_pivot_times_cos_back - cos_pivot_times_sin_back;
-        let origin_coupler_ghost0_x = mul_add(self.drawing[5], cos_pivot, self.drawing[36]);
+        let origin_coupler_ghost0_x = mul_add(self.drawing[5], cos_pivot, self.drawing[44]);
         let origin_coupler_ghost0_z = self.drawing[5] * sin_pivot;
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(-self.drawing[2], sin_back,
+        let inertia_back_force_in_parent_coupler_ghost0_z = mul_add(sin_back, self.drawing[25],
             self.drawing[3] * cos_back);
         let inertia_back_moment_in_parent_coupler_ghost0_x = mul_add(self.drawing[5],
             inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[8]);
@@ -1982,6 +1974,11 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
         let drawing_5_times_u_pivot = self.drawing[5] * u[3];
         let velocity_coupler_ghost0_z = cos_back * drawing_5_times_u_pivot;
+        // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_front_force_in_parent_coupler_z = mul_add(sin_front, self.drawing[25],
+            cos_front * self.drawing[24]);
+        let inertia_front_moment_in_parent_coupler_x = mul_add(-self.params.crank,
+            inertia_front_force_in_parent_coupler_z, self.drawing[9]);
         // coupler: partial velocities: dw/du, dv/du
         let minus_velocity_coupler_y_by_drive = sin_front * self.params.crank;
         let minus_velocity_coupler_z_by_drive = cos_front * self.params.crank;
@@ -1989,42 +1986,42 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let velocity_coupler_ghost0_y_by_pivot = self.drawing[5] * sin_back;
         let velocity_coupler_ghost0_z_by_pivot = self.drawing[5] * cos_back;
         // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point0_original_coupler_x = mul_add(-axis_y_coupler_x, self.drawing[12],
+        let point0_original_coupler_x = mul_add(axis_y_coupler_x, self.drawing[28],
             origin_coupler_x);
-        let point0_original_coupler_z = mul_add(-axis_y_coupler_z, self.drawing[12],
+        let point0_original_coupler_z = mul_add(axis_y_coupler_z, self.drawing[28],
             -minus_origin_coupler_z);
         // loop 0: closure residual: P_ghost - P_original
         let residual_0 = origin_coupler_ghost0_x - point0_original_coupler_x;
         let residual_2 = origin_coupler_ghost0_z - point0_original_coupler_z;
         let forward_lambda_q0_0 = mul_add(axis_y_coupler_ghost0_z, residual_2,
             axis_y_coupler_ghost0_x * residual_0);
-        let residual_5 = mul_add(axis_y_coupler_z, self.drawing[14],
-            mul_add(axis_y_coupler_ghost0_z, self.drawing[13], minus_origin_coupler_z
+        let residual_5 = mul_add(axis_y_coupler_z, self.drawing[13],
+            mul_add(axis_y_coupler_ghost0_z, self.drawing[12], minus_origin_coupler_z
             + origin_coupler_ghost0_z));
         let residual_3 = origin_coupler_ghost0_x - origin_coupler_x + mul_add(axis_y_coupler_x,
-            self.drawing[14], axis_y_coupler_ghost0_x * self.drawing[13]);
+            self.drawing[13], axis_y_coupler_ghost0_x * self.drawing[12]);
         // mechanism: results: what the function returns
         let forward_lambda_u0_0 = mul_add(-sin_front, u_drive_times_crank,
             sin_back * drawing_5_times_u_pivot);
         // coupler_ghost0: factor of the mass matrix: M = L^T D L
-        let l_back_pivot = inertia_back_moment_in_parent_coupler_ghost0_x * self.drawing[15];
+        let l_back_pivot = inertia_back_moment_in_parent_coupler_ghost0_x * self.drawing[14];
         // rocker: factor of the mass matrix: M = L^T D L
         let inverse_pivot_pivot = c(1.0) / mul_add(-inertia_back_moment_in_parent_coupler_ghost0_x,
             l_back_pivot, mul_add(inertia_back_force_in_parent_coupler_ghost0_z, self.drawing[10],
-            self.drawing[16]));
+            self.drawing[15]));
         // coupler: factor of the mass matrix: M = L^T D L
-        let l_front_drive = inertia_front_moment_in_parent_coupler_x * self.drawing[17];
+        let l_front_drive = inertia_front_moment_in_parent_coupler_x * self.drawing[16];
         // crank: factor of the mass matrix: M = L^T D L
         let inverse_pivot_drive = c(1.0) / mul_add(-inertia_front_moment_in_parent_coupler_x,
-            l_front_drive, mul_add(-inertia_front_force_in_parent_coupler_z, self.drawing[11],
-            self.drawing[18]));
+            l_front_drive, mul_add(inertia_front_force_in_parent_coupler_z, self.drawing[27],
+            self.drawing[17]));
         // mechanism: reduced closure Jacobian: Y = J L^-1
-        let y0_1_drive = mul_add(-self.drawing[12], l_front_drive, self.drawing[12]
+        let y0_1_drive = mul_add(self.drawing[28], l_front_drive, self.drawing[11]
             + minus_velocity_coupler_z_by_drive);
-        let y0_2_pivot = mul_add(-self.drawing[13], l_back_pivot, velocity_coupler_ghost0_z_by_pivot
+        let y0_2_pivot = mul_add(l_back_pivot, self.drawing[29], velocity_coupler_ghost0_z_by_pivot
+            + self.drawing[12]);
+        let y0_2_drive = mul_add(l_front_drive, self.drawing[30], minus_velocity_coupler_z_by_drive
             + self.drawing[13]);
-        let y0_2_drive = mul_add(-self.drawing[14], l_front_drive, minus_velocity_coupler_z_by_drive
-            + self.drawing[14]);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let minus_y_over_d0_0_drive = minus_velocity_coupler_y_by_drive * inverse_pivot_drive;
         let y_over_d0_0_pivot = velocity_coupler_ghost0_y_by_pivot * inverse_pivot_pivot;
@@ -2037,18 +2034,18 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let s_loop0_1_0 = mul_add(-minus_velocity_coupler_y_by_drive, y_over_d0_1_drive,
             velocity_coupler_ghost0_y_by_pivot * y_over_d0_1_pivot);
         let s_loop0_1_1 = mul_add(y0_1_drive, y_over_d0_1_drive,
-            mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_1_pivot, self.drawing[22]));
+            mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_1_pivot, self.drawing[21]));
         let s_loop0_2_0 = mul_add(-minus_velocity_coupler_y_by_drive, y_over_d0_2_drive,
             velocity_coupler_ghost0_y_by_pivot * y_over_d0_2_pivot);
         let s_loop0_2_2 = mul_add(y0_2_drive, y_over_d0_2_drive, mul_add(y0_2_pivot,
-            y_over_d0_2_pivot, self.drawing[24]));
+            y_over_d0_2_pivot, self.drawing[23]));
         let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
         let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
         let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
         let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
         let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0, mul_add(y0_1_drive,
             y_over_d0_2_drive, mul_add(velocity_coupler_ghost0_z_by_pivot, y_over_d0_2_pivot,
-            self.drawing[23])));
+            self.drawing[22])));
         let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
         let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
         let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
@@ -2070,16 +2067,16 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let correction_q_pivot = mul_add(y_over_d0_0_pivot, lambda_q0_0, mul_add(y_over_d0_2_pivot,
             lambda_q0_2, y_over_d0_1_pivot * lambda_q0_1));
         let correction_q_front = mul_add(-l_front_drive, correction_q_drive,
-            mul_add(self.drawing[20], lambda_q0_2, self.drawing[19] * lambda_q0_1));
+            mul_add(self.drawing[19], lambda_q0_2, self.drawing[18] * lambda_q0_1));
         let correction_q_back = mul_add(-l_back_pivot, correction_q_pivot,
-            self.drawing[21] * lambda_q0_2);
+            self.drawing[20] * lambda_q0_2);
         let forward_lambda_u0_1 = mul_add(-forward_lambda_u0_0, l_loop0_1_0,
-            minus_velocity_coupler_z + mul_add(omega_coupler_x, self.drawing[12],
+            minus_velocity_coupler_z + mul_add(omega_coupler_x, self.drawing[11],
             velocity_coupler_ghost0_z));
         let forward_lambda_u0_2 = mul_add(-l_loop0_2_1, forward_lambda_u0_1,
             mul_add(-forward_lambda_u0_0, l_loop0_2_0, minus_velocity_coupler_z
-            + (velocity_coupler_ghost0_z + mul_add(omega_coupler_x, self.drawing[14],
-            omega_coupler_ghost0_x * self.drawing[13]))));
+            + (velocity_coupler_ghost0_z + mul_add(omega_coupler_x, self.drawing[13],
+            omega_coupler_ghost0_x * self.drawing[12]))));
         let lambda_u0_2 = inverse_pivot_loop0_2 * forward_lambda_u0_2;
         let lambda_u0_1 = mul_add(-l_loop0_2_1, lambda_u0_2,
             inverse_pivot_loop0_1 * forward_lambda_u0_1);
@@ -2090,9 +2087,9 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let correction_u_pivot = mul_add(y_over_d0_0_pivot, lambda_u0_0, mul_add(y_over_d0_2_pivot,
             lambda_u0_2, y_over_d0_1_pivot * lambda_u0_1));
         let correction_u_front = mul_add(-l_front_drive, correction_u_drive,
-            mul_add(self.drawing[20], lambda_u0_2, self.drawing[19] * lambda_u0_1));
+            mul_add(self.drawing[19], lambda_u0_2, self.drawing[18] * lambda_u0_1));
         let correction_u_back = mul_add(-l_back_pivot, correction_u_pivot,
-            self.drawing[21] * lambda_u0_2);
+            self.drawing[20] * lambda_u0_2);
         // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
         let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
         let bound_of_trace_of_inverse_s = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
@@ -2122,13 +2119,13 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         speeds[1] = correction_u_front;
         speeds[2] = correction_u_back;
         speeds[3] = correction_u_pivot;
-        margin[0] = S::min(S::min(S::min(inverse_pivot_drive, self.drawing[17]), self.drawing[15]),
+        margin[0] = S::min(S::min(S::min(inverse_pivot_drive, self.drawing[16]), self.drawing[14]),
             inverse_pivot_pivot);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
     }
     /// The numbers that follow from the parameters alone, which the other functions read.
-    fn drawing_into(&self, numbers: &mut [S; 157]) {
+    fn drawing_into(&self, numbers: &mut [S; 183]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
         // mechanism: number of the drawing: what follows from the parameters alone
@@ -2451,9 +2448,11 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         let y_over_d0_1_front = drawn_253 * inverse_pivot_front;
         let y_over_d0_2_front = drawn_255 * inverse_pivot_front;
         let y_over_d0_2_back = closure_point_coupler_ghost0_y * inverse_pivot_back;
-        let numbers_16 = minimal_second_moment_rocker_yy + mass_back_back;
-        let numbers_18 = second_moment_crank_zz + second_moment_coupler_yy
+        let numbers_26 = -stiffness_drive_3;
+        let numbers_15 = minimal_second_moment_rocker_yy + mass_back_back;
+        let numbers_17 = second_moment_crank_zz + second_moment_coupler_yy
             + (second_moment_coupler_zz + minimal_second_moment_crank_yy);
+        let numbers_25 = -first_moment_coupler_z;
         numbers[0] = first_moment_crank_z;
         numbers[1] = minus_first_moment_coupler_y;
         numbers[2] = first_moment_coupler_z;
@@ -2465,153 +2464,179 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         numbers[8] = mass_back_back;
         numbers[9] = mass_front_front;
         numbers[10] = c(2.0) * drawn_251;
-        numbers[11] = self.params.crank * c(2.0);
-        numbers[12] = drawn_253;
-        numbers[13] = closure_point_coupler_ghost0_y;
-        numbers[14] = drawn_255;
-        numbers[15] = inverse_pivot_back;
-        numbers[16] = numbers_16;
-        numbers[17] = inverse_pivot_front;
-        numbers[18] = numbers_18;
-        numbers[19] = y_over_d0_1_front;
-        numbers[20] = y_over_d0_2_front;
-        numbers[21] = y_over_d0_2_back;
-        numbers[22] = drawn_253 * y_over_d0_1_front;
-        numbers[23] = drawn_253 * y_over_d0_2_front;
-        numbers[24] = mul_add(closure_point_coupler_ghost0_y, y_over_d0_2_back,
+        numbers[11] = drawn_253;
+        numbers[12] = closure_point_coupler_ghost0_y;
+        numbers[13] = drawn_255;
+        numbers[14] = inverse_pivot_back;
+        numbers[15] = numbers_15;
+        numbers[16] = inverse_pivot_front;
+        numbers[17] = numbers_17;
+        numbers[18] = y_over_d0_1_front;
+        numbers[19] = y_over_d0_2_front;
+        numbers[20] = y_over_d0_2_back;
+        numbers[21] = drawn_253 * y_over_d0_1_front;
+        numbers[22] = drawn_253 * y_over_d0_2_front;
+        numbers[23] = mul_add(closure_point_coupler_ghost0_y, y_over_d0_2_back,
             drawn_255 * y_over_d0_2_front);
-        numbers[25] = first_moment_crank_z;
-        numbers[26] = first_moment_coupler_y;
-        numbers[27] = first_moment_coupler_z;
-        numbers[28] = first_moment_coupler_ghost0_y;
-        numbers[29] = minimal_first_moment_crank_y;
-        numbers[30] = minimal_first_moment_rocker_y;
-        numbers[31] = stiffness_drive_3;
-        numbers[32] = mass_back_back;
-        numbers[33] = mass_front_front;
-        numbers[34] = numbers_16;
-        numbers[35] = numbers_18;
-        numbers[36] = drawn_109;
-        numbers[37] = self.params.crank;
-        numbers[38] = drawn_120;
-        numbers[39] = drawn_256;
-        numbers[40] = first_moment_crank_y;
-        numbers[41] = second_moment_rocker_yy;
-        numbers[42] = mass_coupler;
-        numbers[43] = second_moment_crank_yy + second_moment_crank_zz;
-        numbers[44] = drawn_138 * c(0.25);
-        numbers[45] = drawn_110 * c(MECHANISM_SUM_FACTOR);
-        numbers[46] = mass_crank;
-        numbers[47] = first_moment_crank_x;
-        numbers[48] = second_moment_crank_xy;
-        numbers[49] = second_moment_crank_xz;
-        numbers[50] = second_moment_crank_yy;
-        numbers[51] = second_moment_crank_zz;
-        numbers[52] = first_moment_rocker_x;
-        numbers[53] = first_moment_rocker_y;
-        numbers[54] = second_moment_rocker_xy;
-        numbers[55] = first_moment_coupler_x;
-        numbers[56] = second_moment_coupler_xy;
-        numbers[57] = second_moment_coupler_xz;
-        numbers[58] = second_moment_coupler_yy;
-        numbers[59] = second_moment_coupler_zz;
-        numbers[60] = first_moment_coupler_ghost0_x;
-        numbers[61] = second_moment_coupler_ghost0_xy;
-        numbers[62] = second_moment_coupler_ghost0_xz;
-        numbers[63] = second_moment_coupler_ghost0_yy;
-        numbers[64] = drawn;
-        numbers[65] = drawn_4;
-        numbers[66] = drawn_14;
-        numbers[67] = drawn_15;
-        numbers[68] = drawn_16;
-        numbers[69] = drawn_18;
-        numbers[70] = drawn_19;
-        numbers[71] = drawn_20;
-        numbers[72] = drawn_22;
-        numbers[73] = drawn_23;
-        numbers[74] = drawn_25;
-        numbers[75] = drawn_27;
-        numbers[76] = drawn_28;
-        numbers[77] = drawn_29;
-        numbers[78] = drawn_33;
-        numbers[79] = drawn_34;
-        numbers[80] = drawn_36;
-        numbers[81] = drawn_37;
-        numbers[82] = drawn_38;
-        numbers[83] = drawn_41;
-        numbers[84] = drawn_42;
-        numbers[85] = drawn_43;
-        numbers[86] = drawn_45;
-        numbers[87] = drawn_47;
-        numbers[88] = drawn_49;
-        numbers[89] = drawn_51;
-        numbers[90] = drawn_57;
-        numbers[91] = drawn_58;
-        numbers[92] = drawn_65;
-        numbers[93] = drawn_66;
-        numbers[94] = drawn_70;
-        numbers[95] = drawn_71;
-        numbers[96] = drawn_77;
-        numbers[97] = drawn_79;
-        numbers[98] = drawn_82;
-        numbers[99] = drawn_84;
-        numbers[100] = drawn_103;
-        numbers[101] = drawn_105;
-        numbers[102] = drawn_110;
-        numbers[103] = drawn_112;
-        numbers[104] = drawn_113;
-        numbers[105] = drawn_116;
-        numbers[106] = drawn_121;
-        numbers[107] = drawn_124;
-        numbers[108] = drawn_134;
-        numbers[109] = drawn_135;
-        numbers[110] = drawn_136;
-        numbers[111] = drawn_138;
-        numbers[112] = drawn_139;
-        numbers[113] = drawn_140;
-        numbers[114] = drawn_141;
-        numbers[115] = drawn_143;
-        numbers[116] = drawn_144;
-        numbers[117] = drawn_146;
-        numbers[118] = drawn_148;
-        numbers[119] = drawn_150;
-        numbers[120] = drawn_151;
-        numbers[121] = drawn_152;
-        numbers[122] = drawn_154;
-        numbers[123] = drawn_156;
-        numbers[124] = drawn_158;
-        numbers[125] = drawn_160;
-        numbers[126] = drawn_162;
-        numbers[127] = drawn_164;
-        numbers[128] = drawn_165;
-        numbers[129] = drawn_166;
-        numbers[130] = drawn_170;
-        numbers[131] = drawn_171;
-        numbers[132] = drawn_172;
-        numbers[133] = drawn_174;
-        numbers[134] = drawn_177;
-        numbers[135] = drawn_179;
-        numbers[136] = drawn_181;
-        numbers[137] = drawn_183;
-        numbers[138] = drawn_184;
-        numbers[139] = drawn_186;
-        numbers[140] = drawn_192;
-        numbers[141] = drawn_193;
-        numbers[142] = drawn_200;
-        numbers[143] = drawn_201;
-        numbers[144] = drawn_205;
-        numbers[145] = drawn_206;
-        numbers[146] = drawn_212;
-        numbers[147] = drawn_217;
-        numbers[148] = drawn_220;
-        numbers[149] = drawn_223;
-        numbers[150] = drawn_225;
-        numbers[151] = drawn_245;
-        numbers[152] = drawn_247;
-        numbers[153] = drawn_248;
-        numbers[154] = drawn_249;
-        numbers[155] = drawn_250;
-        numbers[156] = drawn_252;
+        numbers[24] = first_moment_coupler_y;
+        numbers[25] = numbers_25;
+        numbers[26] = numbers_26;
+        numbers[27] = -self.params.crank * c(2.0);
+        numbers[28] = -drawn_253;
+        numbers[29] = -closure_point_coupler_ghost0_y;
+        numbers[30] = -drawn_255;
+        numbers[31] = first_moment_crank_z;
+        numbers[32] = first_moment_coupler_z;
+        numbers[33] = first_moment_coupler_ghost0_y;
+        numbers[34] = minimal_first_moment_crank_y;
+        numbers[35] = minimal_first_moment_rocker_y;
+        numbers[36] = stiffness_drive_3;
+        numbers[37] = mass_back_back;
+        numbers[38] = mass_front_front;
+        numbers[39] = numbers_15;
+        numbers[40] = numbers_17;
+        numbers[41] = first_moment_coupler_y;
+        numbers[42] = numbers_25;
+        numbers[43] = numbers_26;
+        numbers[44] = drawn_109;
+        numbers[45] = self.params.crank;
+        numbers[46] = -drawn_109;
+        numbers[47] = -self.params.crank;
+        numbers[48] = drawn_120;
+        numbers[49] = -drawn_256;
+        numbers[50] = second_moment_rocker_yy;
+        numbers[51] = mass_coupler;
+        numbers[52] = second_moment_crank_yy + second_moment_crank_zz;
+        numbers[53] = drawn_138 * c(0.25);
+        numbers[54] = drawn_110 * c(MECHANISM_SUM_FACTOR);
+        numbers[55] = first_moment_crank_y;
+        numbers[56] = -mass_coupler;
+        numbers[57] = first_moment_crank_x;
+        numbers[58] = second_moment_crank_xy;
+        numbers[59] = second_moment_crank_xz;
+        numbers[60] = second_moment_crank_yy;
+        numbers[61] = second_moment_crank_zz;
+        numbers[62] = first_moment_rocker_y;
+        numbers[63] = second_moment_rocker_xy;
+        numbers[64] = first_moment_coupler_x;
+        numbers[65] = second_moment_coupler_xy;
+        numbers[66] = second_moment_coupler_xz;
+        numbers[67] = second_moment_coupler_yy;
+        numbers[68] = second_moment_coupler_zz;
+        numbers[69] = second_moment_coupler_ghost0_xy;
+        numbers[70] = second_moment_coupler_ghost0_xz;
+        numbers[71] = second_moment_coupler_ghost0_yy;
+        numbers[72] = minus_first_moment_coupler_y;
+        numbers[73] = minus_first_moment_rocker_x;
+        numbers[74] = minus_first_moment_crank_y;
+        numbers[75] = first_moment_rocker_x;
+        numbers[76] = first_moment_coupler_ghost0_x;
+        numbers[77] = -drawn_251;
+        numbers[78] = second_moment_coupler_ghost0_xz;
+        numbers[79] = -first_moment_coupler_ghost0_y;
+        numbers[80] = second_moment_coupler_xz;
+        numbers[81] = -second_moment_crank_xz;
+        numbers[82] = -first_moment_crank_x;
+        numbers[83] = -mass_crank;
+        numbers[84] = -first_moment_rocker_y;
+        numbers[85] = -second_moment_rocker_yy;
+        numbers[86] = drawn;
+        numbers[87] = drawn_4;
+        numbers[88] = drawn_14;
+        numbers[89] = drawn_15;
+        numbers[90] = drawn_16;
+        numbers[91] = mass_crank;
+        numbers[92] = drawn_18;
+        numbers[93] = drawn_19;
+        numbers[94] = drawn_20;
+        numbers[95] = drawn_22;
+        numbers[96] = drawn_23;
+        numbers[97] = drawn_25;
+        numbers[98] = drawn_27;
+        numbers[99] = drawn_28;
+        numbers[100] = drawn_29;
+        numbers[101] = drawn_33;
+        numbers[102] = drawn_34;
+        numbers[103] = drawn_37;
+        numbers[104] = drawn_38;
+        numbers[105] = drawn_41;
+        numbers[106] = drawn_42;
+        numbers[107] = drawn_43;
+        numbers[108] = drawn_45;
+        numbers[109] = drawn_47;
+        numbers[110] = drawn_49;
+        numbers[111] = drawn_51;
+        numbers[112] = drawn_57;
+        numbers[113] = drawn_58;
+        numbers[114] = drawn_65;
+        numbers[115] = drawn_66;
+        numbers[116] = drawn_70;
+        numbers[117] = drawn_71;
+        numbers[118] = drawn_77;
+        numbers[119] = drawn_79;
+        numbers[120] = drawn_82;
+        numbers[121] = drawn_84;
+        numbers[122] = drawn_103;
+        numbers[123] = drawn_105;
+        numbers[124] = drawn_110;
+        numbers[125] = drawn_112;
+        numbers[126] = drawn_113;
+        numbers[127] = drawn_116;
+        numbers[128] = drawn_121;
+        numbers[129] = drawn_124;
+        numbers[130] = drawn_134;
+        numbers[131] = drawn_135;
+        numbers[132] = drawn_136;
+        numbers[133] = drawn_138;
+        numbers[134] = drawn_139;
+        numbers[135] = drawn_140;
+        numbers[136] = drawn_141;
+        numbers[137] = drawn_143;
+        numbers[138] = drawn_144;
+        numbers[139] = drawn_146;
+        numbers[140] = drawn_148;
+        numbers[141] = drawn_150;
+        numbers[142] = drawn_151;
+        numbers[143] = drawn_152;
+        numbers[144] = drawn_154;
+        numbers[145] = drawn_156;
+        numbers[146] = drawn_158;
+        numbers[147] = drawn_160;
+        numbers[148] = drawn_162;
+        numbers[149] = drawn_165;
+        numbers[150] = drawn_166;
+        numbers[151] = drawn_170;
+        numbers[152] = drawn_171;
+        numbers[153] = drawn_172;
+        numbers[154] = drawn_174;
+        numbers[155] = drawn_177;
+        numbers[156] = drawn_179;
+        numbers[157] = drawn_181;
+        numbers[158] = drawn_183;
+        numbers[159] = drawn_184;
+        numbers[160] = drawn_186;
+        numbers[161] = drawn_192;
+        numbers[162] = drawn_193;
+        numbers[163] = drawn_200;
+        numbers[164] = drawn_201;
+        numbers[165] = drawn_205;
+        numbers[166] = drawn_206;
+        numbers[167] = drawn_212;
+        numbers[168] = drawn_217;
+        numbers[169] = drawn_220;
+        numbers[170] = drawn_223;
+        numbers[171] = drawn_225;
+        numbers[172] = drawn_245;
+        numbers[173] = drawn_247;
+        numbers[174] = drawn_248;
+        numbers[175] = drawn_249;
+        numbers[176] = drawn_250;
+        numbers[177] = drawn_252;
+        numbers[178] = -drawn_36;
+        numbers[179] = -drawn_164;
+        numbers[180] = -first_moment_crank_z;
+        numbers[181] = -minimal_first_moment_crank_y;
+        numbers[182] = -minimal_first_moment_rocker_y;
     }
 }
 

@@ -155,15 +155,16 @@ macro_rules! scalar {
             #[inline]
             #[allow(clippy::eq_op, reason = "false of what is not a number")]
             fn min(self, other: Self) -> Self {
-                // Without branches. What is not a number is neither less nor equal itself.
-                let smaller = if self <= other { self } else { other };
-                if self == self { smaller } else { self }
+                // Without branches. What is not a number is neither less nor equal itself: `self` stays in the first line, so that
+                // a chain of these, by `self`, waits for one comparison each.
+                let smaller = if other < self { other } else { self };
+                if other == other { smaller } else { other }
             }
             #[inline]
             #[allow(clippy::eq_op, reason = "false of what is not a number")]
             fn max(self, other: Self) -> Self {
-                let larger = if self >= other { self } else { other };
-                if self == self { larger } else { self }
+                let larger = if other > self { other } else { self };
+                if other == other { larger } else { other }
             }
         }
     };

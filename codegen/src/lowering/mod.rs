@@ -61,6 +61,8 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
     functions.extend(choices.into_iter().map(best));
     constants::snap(&mut functions);
     let functions = functions.into_iter().map(|function| hoist(&mut interface, function));
+    let functions: Vec<Function> = functions.collect();
+    let functions = functions.into_iter().map(|function| drawing.sign(function));
     let mut functions: Vec<Function> = functions.collect();
     let table = drawing.finish(&mut functions);
     interface.drawn = table.outputs.first().map_or(0, |numbers| numbers.rows);

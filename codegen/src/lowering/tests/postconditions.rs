@@ -1,9 +1,9 @@
-//! The postconditions of folding, value numbering and dead-code elimination.
+//! The postconditions of passes.
 
 use super::*;
 use crate::arithmetic::is_same;
 use crate::pipeline;
-use crate::program::{Program, verify};
+use crate::program::{FunctionKind, Program, Slot, verify};
 use crate::source::SourceFile;
 
 /// The first instruction that folding should have simplified, with the reason.
@@ -102,6 +102,39 @@ fn of_the_functions_of_a_compiled_mechanism() {
         assert_eq!(unneeded(function), None, "{:?}", function.kind);
         assert_eq!(unfolded(function), None, "{:?}", function.kind);
     }
+}
+
+/// The instructions that subtract or negate a number of the drawing.
+fn subtracted_numbers(function: &Function) -> usize {
+    let is_drawn =
+        |value: Value| matches!(function.instructions[value.index()].op, Op::Load(Slot::Drawn(_)));
+    let is_fault = |op: Op| matches!(op, Op::Sub(_, x) | Op::Neg(x) if is_drawn(x));
+    function.instructions.iter().filter(|instruction| is_fault(instruction.op)).count()
+}
+
+#[test]
+fn numbers_of_the_drawing_are_added_and_opposites_come_last() {
+    let program = compiled("optimise/sixbar_plates");
+    for function in &program.functions {
+        assert_eq!(subtracted_numbers(function), 0, "{:?}", function.kind);
+    }
+    let drawing = &program.functions[FunctionKind::Drawing as usize];
+    let is_opposite = |place: usize| {
+        let entry = drawing.outputs[0].entries[place];
+        matches!(drawing.instructions[entry.index()].op, Op::Neg(_))
+    };
+    let mut places = Vec::new();
+    for instruction in &program.functions[FunctionKind::Acceleration as usize].instructions {
+        places.extend(match instruction.op {
+            Op::Load(Slot::Drawn(place)) => Some(place),
+            _ => None,
+        });
+    }
+    places.sort_unstable();
+    places.dedup();
+    assert!(places.iter().any(|&place| is_opposite(place)));
+    assert!(places.is_sorted_by_key(|&place| is_opposite(place)));
+    assert_eq!(places, Vec::from_iter(0..places.len()), "an acceleration reads the first numbers");
 }
 
 #[test]
