@@ -39,15 +39,15 @@ impl Problem<'_> {
         let driven = Driven::new(&design.system, joint);
         let facets = Facets::new(self.drawn(&self.parameters(x))?.as_ref());
         let mut least = None;
-        for q in driven.sweep(angles, STEP)? {
-            let gap = gap(&facets, design, of, &q)?;
+        for state in driven.sweep(angles, STEP)? {
+            let gap = gap(&facets, design, of, &state.q)?;
             if least.as_ref().is_none_or(|(known, _)| gap < *known) {
-                least = Some((gap, q));
+                least = Some((gap, state));
             }
         }
-        let (_, q) = least.ok_or("the range of angles is empty")?;
-        let follows = driven.follows(design, &q)?;
-        self.clearance_at(of, x, &q, &follows)
+        let (_, state) = least.ok_or("the range of angles is empty")?;
+        let follows = driven.follows(design, &state)?;
+        self.clearance_at(of, x, &state.q, &follows)
     }
 
     /// The clearance at a state that follows the design.

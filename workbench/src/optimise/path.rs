@@ -9,7 +9,7 @@ use lamc_runtime::Mechanism as _;
 use nalgebra::{DMatrix, RowDVector};
 
 use super::design::Design;
-use super::drive::Driven;
+use super::drive::{Closed, Driven};
 use super::goals::{Path, Target};
 use super::number::Number;
 
@@ -27,7 +27,7 @@ pub struct Traced {
 
 /// A state on the path.
 struct Place {
-    q: Vec<f64>,
+    state: Closed,
     /// The point, by the axes of the path, m.
     at: Vec<f64>,
     /// Its derivative by the angle of the joint, m/rad.
@@ -58,16 +58,16 @@ impl Tracer<'_> {
         let angles: Vec<f64> = self.path.targets.iter().map(|target| target.angle).collect();
         let states = self.driven.states(&self.driven.start()?, &angles)?;
         let mut errors = Vec::with_capacity(states.len());
-        for (q, target) in states.iter().zip(&self.path.targets) {
-            errors.push(self.error(q, target)?);
+        for (state, target) in states.iter().zip(&self.path.targets) {
+            errors.push(self.error(state, target)?);
         }
         Ok(Traced { errors, limits: self.limits(&states)? })
     }
 
     /// The vector from a target to the point.
-    fn error(&self, q: &[f64], target: &Target) -> Result<Vec<Number>, String> {
-        let follows = self.driven.follows(self.design, q)?;
-        let (at, moves) = self.design.point(self.path.point, q, &follows);
+    fn error(&self, state: &Closed, target: &Target) -> Result<Vec<Number>, String> {
+        let follows = self.driven.follows(self.design, state)?;
+        let (at, moves) = self.design.point(self.path.point, &state.q, &follows);
         let wanted = self.path.axes.iter().zip(&target.at).filter(|(_, wanted)| !wanted.is_nan());
         let part = |(axis, wanted): (&usize, &f64)| Number {
             value: at[*axis] - wanted,
@@ -78,7 +78,8 @@ impl Tracer<'_> {
 
     fn untimed(&self) -> Result<Traced, String> {
         let states = self.driven.sweep(self.path.angles, STEP)?;
-        let places: Vec<Place> = states.iter().map(|q| self.place(q)).collect::<Result<_, _>>()?;
+        let places: Vec<Place> =
+            states.iter().map(|state| self.place(state)).collect::<Result<_, _>>()?;
         let mut errors = Vec::with_capacity(self.path.targets.len());
         for target in &self.path.targets {
             errors.push(self.distance(&places, target)?);
@@ -86,12 +87,12 @@ impl Tracer<'_> {
         Ok(Traced { errors, limits: self.limits(&states)? })
     }
 
-    fn place(&self, q: &[f64]) -> Result<Place, String> {
-        let tangent = self.driven.tangent(q).ok_or("the mechanism is in a singular state")?;
-        let (at, along) = self.design.point_along(self.path.point, q, &tangent);
+    fn place(&self, state: &Closed) -> Result<Place, String> {
+        let tangent = self.driven.tangent(state).ok_or("the mechanism is in a singular state")?;
+        let (at, along) = self.design.point_along(self.path.point, &state.q, &tangent);
         let axes = || self.path.axes.iter();
         Ok(Place {
-            q: q.to_vec(),
+            state: state.clone(),
             at: axes().map(|axis| at[*axis]).collect(),
             along: axes().map(|axis| along[(*axis, 0)]).collect(),
         })
@@ -110,21 +111,22 @@ impl Tracer<'_> {
         let other = if is_ahead { nearest + 1 } else { nearest.wrapping_sub(1) };
         let (place, is_inside) = match places.get(other) {
             Some(other) => {
-                let ends = [places[nearest].q.as_slice(), other.q.as_slice()];
+                let ends = [&places[nearest].state, &other.state];
                 // The other place may lie behind a maximum of the distance: then the nearest sample is as good.
-                let q = self.driven.root(ends, |q| Ok(slope(&self.place(q)?, target)))?;
-                (self.place(&q)?, true)
+                let root =
+                    self.driven.root(ends, |state| Ok(slope(&self.place(state)?, target)))?;
+                (self.place(&root)?, true)
             }
-            None => (self.place(&places[nearest].q)?, false),
+            None => (self.place(&places[nearest].state)?, false),
         };
-        let follows = self.driven.follows(self.design, &place.q)?;
-        let (_, moves) = self.design.point(self.path.point, &place.q, &follows);
+        let follows = self.driven.follows(self.design, &place.state)?;
+        let (_, moves) = self.design.point(self.path.point, &place.state.q, &follows);
         let moves = moves.select_rows(&self.path.axes);
         Ok(apart(&place, &offset(&place, target), &moves, is_inside))
     }
 
     /// The largest excess of each joint with limits.
-    fn limits(&self, states: &[Vec<f64>]) -> Result<Vec<(usize, Number)>, String> {
+    fn limits(&self, states: &[Closed]) -> Result<Vec<(usize, Number)>, String> {
         let system = &self.design.system;
         let mut limits = Vec::new();
         for joint in 0..system.dimensions().joints {
@@ -133,7 +135,7 @@ impl Tracer<'_> {
             ends.extend(lower.is_finite().then_some((-1.0, lower)));
             ends.extend(upper.is_finite().then_some((1.0, upper)));
             for (sign, end) in ends {
-                let excess = |q: &Vec<f64>| sign * (q[joint] - end);
+                let excess = |state: &Closed| sign * (state.q[joint] - end);
                 let worst = states.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)));
                 let Some(worst) = worst else { continue };
                 let follows = self.driven.follows(self.design, worst)?;

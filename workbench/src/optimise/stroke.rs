@@ -3,7 +3,7 @@
 use nalgebra::RowDVector;
 
 use super::design::Design;
-use super::drive::Driven;
+use super::drive::{Closed, Driven};
 use super::goals::{Moved, Stroke};
 use super::number::{Number, length};
 use super::path::STEP;
@@ -21,8 +21,8 @@ pub fn stroke(stroke: &Stroke, design: &Design<'_>) -> Result<Number, String> {
             let [Some(first), Some(last)] = [states.first(), states.last()] else {
                 return Err("the range of angles is empty".to_owned());
             };
-            let (from, moves_from) = design.point(point, first, &driven.follows(design, first)?);
-            let (to, moves_to) = design.point(point, last, &driven.follows(design, last)?);
+            let (from, moves_from) = design.point(point, &first.q, &driven.follows(design, first)?);
+            let (to, moves_to) = design.point(point, &last.q, &driven.follows(design, last)?);
             let part = |axis: usize| Number {
                 value: to[axis] - from[axis],
                 slope: moves_to.row(axis) - moves_from.row(axis),
@@ -43,25 +43,25 @@ pub fn stroke(stroke: &Stroke, design: &Design<'_>) -> Result<Number, String> {
 fn extreme(
     driven: &Driven<'_>,
     design: &Design<'_>,
-    states: &[Vec<f64>],
+    states: &[Closed],
     joint: usize,
     sign: f64,
 ) -> Result<(f64, RowDVector<f64>), String> {
-    let size = |index: &usize| sign * states[*index][joint];
+    let size = |index: &usize| sign * states[*index].q[joint];
     let farthest = (0..states.len()).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
-    let mut q = states[farthest].clone();
-    let speed = |q: &[f64]| {
-        let tangent = driven.tangent(q).ok_or("the mechanism is in a singular state")?;
+    let mut state = states[farthest].clone();
+    let speed = |state: &Closed| {
+        let tangent = driven.tangent(state).ok_or("the mechanism is in a singular state")?;
         Ok(tangent[(joint, 0)])
     };
     // The joint turns back on one side of the sample, unless that is an end of the range.
     for other in [farthest.wrapping_sub(1), farthest + 1] {
         let Some(beside) = states.get(other) else { continue };
         let found = driven.root([&states[farthest], beside], speed)?;
-        if sign * found[joint] > sign * q[joint] {
-            q = found;
+        if sign * found.q[joint] > sign * state.q[joint] {
+            state = found;
         }
     }
-    let follows = driven.follows(design, &q)?;
-    Ok((q[joint], follows.row(joint).into_owned()))
+    let follows = driven.follows(design, &state)?;
+    Ok((state.q[joint], follows.row(joint).into_owned()))
 }
