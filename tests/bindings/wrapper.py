@@ -39,14 +39,14 @@ def loaded(path):
     return found
 
 
-def closed_states(mechanism, rng):
-    """States about the initial one, closed by the C, at random times, parameters and inputs."""
+def closed_states(mechanism, rng, spread=0.5):
+    """States about the initial one, closed by the C, at random times, parameters (about their values) and inputs."""
     robot = mechanism()
     states = []
     start, _ = robot.initial()
     while len(states) < 12:
         t = rng.uniform(0.0, 2.0)
-        values = {name: value * rng.uniform(0.5, 1.5) for name, value in mechanism.PARAMETERS.items()}
+        values = {name: value * rng.uniform(1 - spread, 1 + spread) for name, value in mechanism.PARAMETERS.items()}
         inputs = {name: rng.uniform(-1e-3, 1e-3) for name in mechanism.INPUTS}
         robot = mechanism(values, **inputs)
         try:
@@ -130,6 +130,22 @@ def agreement():
             energies = np.array(robot.energy(state["q"], state["u"]))
             for energy, key in zip(energies, ("kinetic_energy", "potential_energy")):
                 within(f"{model.stem}: published {key}", abs(energy / state[key] - 1.0), 1e-9)
+
+
+def drawing():
+    """Lengths as parameters, which rows have for themselves or share: the interpreter, and a point of the drawing."""
+    model = ROOT / "examples" / "linkage.yaml"
+    linkage = written(model, "f64")
+    states = closed_states(linkage, np.random.default_rng(5), 0.07)
+    for scalar in ("f64", "f32"):
+        report(model, scalar, compare(model, written(model, scalar), scalar, states))
+    crank, width = np.array([0.018, 0.018, 0.021]), np.array([0.015, 0.015, 0.025])
+    robot = linkage(crank=crank, width=width)
+    q, _ = robot.initial()
+    rotation, position = (part[:, linkage.BODIES.index("coupler")] for part in robot.poses(q))
+    pen = np.stack([crank + linkage.PARAMETERS["coupler"] / 2, 2 * width, 0 * width], axis=-1)
+    moved = (rotation @ pen[..., np.newaxis])[..., 0] + position
+    np.testing.assert_allclose(robot.points(q)[:, linkage.POINTS.index("pen")], moved, atol=1e-15)
 
 
 def report(model, scalar, worst):
@@ -244,6 +260,6 @@ def misuse():
 
 
 if __name__ == "__main__":
-    for check in (agreement, motions, free, geometry, misuse):
+    for check in (agreement, drawing, motions, free, geometry, misuse):
         check()
         print(f"{check.__name__}: ok", flush=True)

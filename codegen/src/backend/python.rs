@@ -54,6 +54,7 @@ pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str
     context.insert("shape_of_qs", &shape("S, "));
     context.insert("rows", &interface.rows);
     context.insert("loops", &interface.loops.len());
+    context.insert("drawn", &interface.drawn);
     context.insert("drives", &interface.driven().len());
     let joints: Vec<&String> = interface.joints.iter().map(|joint| &joint.name).collect();
     context.insert("joints", &joints);

@@ -10,13 +10,13 @@ use crate::program::{Op, Program};
 /// Writes the Rust module of a compiled model.
 ///
 /// # Errors
-/// [`CompileError::OutOfRange`]; [`CompileError::NotParametric`] for functions that C calls.
+/// [`CompileError::OutOfRange`]; [`CompileError::NotParametric`].
 pub fn rust_module(compiled: &Compiled, options: &rust::Options) -> Result<String, CompileError> {
     if options.scalar == ScalarChoice::F32 {
         fits_single(&compiled.program)?;
     }
-    if options.extern_c {
-        is_fixed(compiled, "functions that C calls (`--extern-c`)")?;
+    if options.extern_c && compiled.program.interface.drawn > 0 {
+        return Err(CompileError::NotParametric);
     }
     Ok(rust::write(&compiled.program, options))
 }
@@ -42,25 +42,13 @@ pub fn c_source(
 }
 
 /// Writes the Python wrapper of the C module, whose source and header have these names in the same folder.
-///
-/// # Errors
-/// [`CompileError::NotParametric`].
 pub fn python_module(
     compiled: &Compiled,
     real: Real,
     source_name: &str,
     header_name: &str,
-) -> Result<String, CompileError> {
-    is_fixed(compiled, "the Python wrapper of a C module")?;
-    Ok(python::write(&compiled.program, real, source_name, header_name))
-}
-
-/// Refuses what cannot follow parameters of the drawing.
-fn is_fixed(compiled: &Compiled, what: &'static str) -> Result<(), CompileError> {
-    match compiled.program.interface.drawn {
-        0 => Ok(()),
-        _ => Err(CompileError::NotParametric(what)),
-    }
+) -> String {
+    python::write(&compiled.program, real, source_name, header_name)
 }
 
 /// Writes the files of a source FMU: for each, its path in the archive and its text.

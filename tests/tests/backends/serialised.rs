@@ -31,7 +31,7 @@ fn texts(compiled: &Compiled) -> Vec<String> {
         rust.iter().map(|options| rust_module(compiled, options).unwrap()).collect();
     texts.push(c_header(compiled, Real::Double));
     texts.push(c_source(compiled, Real::Double, "model.h").unwrap());
-    texts.push(python_module(compiled, Real::Double, "model.c", "model.h").unwrap());
+    texts.push(python_module(compiled, Real::Double, "model.c", "model.h"));
     // FMUs are refused for models with controllers.
     if compiled.program.interface.controllers.is_empty() {
         texts.extend(fmu_files(compiled, Version::Fmi3).unwrap().into_iter().map(|(_, text)| text));

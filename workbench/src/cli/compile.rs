@@ -101,7 +101,7 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
         contents.push((path, pipeline::c_header(&compiled, real).into_bytes()));
     }
     if let (Some(path), Some([c, header])) = (&arguments.python, beside) {
-        let text = pipeline::python_module(&compiled, real, c, header).map_err(fail)?;
+        let text = pipeline::python_module(&compiled, real, c, header);
         contents.push((path, text.into_bytes()));
     }
     Ok(contents)
