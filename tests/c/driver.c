@@ -1,5 +1,6 @@
 /* Asks a generated module: lines `command numbers..` in, lines `name status numbers..` out.
  * Compiled with -DHEADER=".." -DMODEL=.. -DUPPER=.. -DREAL=.. for the module. */
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -17,6 +18,13 @@
 #define NQ M(N)
 #define NU M(N)
 #define PINS M(N)
+#endif
+
+/* Functions of q alone read the numbers of a drawing that depends on parameters. */
+#ifdef DRAWN
+#define OF_Q q, &p
+#else
+#define OF_Q q
 #endif
 
 typedef REAL real;
@@ -60,7 +68,7 @@ static void state(void)
     answer("acceleration", status, qdd, NU);
     F(energy)(t, q, u, &p, &in, &energy[0], &energy[1]);
     answer("energy", 0, energy, 2);
-    F(poses)(q, poses);
+    F(poses)(OF_Q, poses);
     answer("poses", 0, &poses[0][0], 12 * M(BODIES));
 #if M(C) > 0
     {
@@ -77,7 +85,7 @@ static void state(void)
 #if M(LOOPS) > 0
     {
         real residual[9 * M(LOOPS)], jacobian[9 * M(LOOPS)][NU];
-        F(closure)(q, residual, jacobian);
+        F(closure)(OF_Q, residual, jacobian);
         answer("residual", 0, residual, 9 * M(LOOPS));
         answer("residual's jacobian", 0, &jacobian[0][0], 9 * M(LOOPS) * NU);
     }
@@ -85,7 +93,7 @@ static void state(void)
 #if M(POINTS) > 0
     {
         real points[M(POINTS)][3];
-        F(points)(q, points);
+        F(points)(OF_Q, points);
         answer("points", 0, &points[0][0], 3 * M(POINTS));
     }
 #endif
@@ -176,7 +184,12 @@ int main(void)
         rest = line + 1;
         switch (line[0]) {
         case 'c': /* parameters, inputs */
+#ifdef DRAWN
+            numbers((real *)&p, (int)(offsetof(F(params), drawing) / sizeof(real)));
+            F(draw)(&p);
+#else
             numbers((real *)&p, (int)(sizeof p / sizeof(real)));
+#endif
             numbers((real *)&in, (int)(sizeof in / sizeof(real)));
             break;
         case 's':

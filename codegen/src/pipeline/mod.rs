@@ -37,11 +37,6 @@ pub enum CompileError {
     /// A number of the model is too large for the number type.
     #[error("the number {0:e} of the equations does not fit f32: use f64")]
     OutOfRange(f64),
-    /// Functions that C calls do not exist for drawings that depend on parameters.
-    #[error(
-        "the drawing depends on parameters, and functions that C calls (`--extern-c`) cannot follow them; a Rust or a C module can"
-    )]
-    NotParametric,
     /// The model has controllers, and this output needs constant inputs. The text says which, and what to do.
     #[error("{0}")]
     Controlled(String),

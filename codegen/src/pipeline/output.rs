@@ -10,13 +10,10 @@ use crate::program::{Op, Program};
 /// Writes the Rust module of a compiled model.
 ///
 /// # Errors
-/// [`CompileError::OutOfRange`]; [`CompileError::NotParametric`].
+/// [`CompileError::OutOfRange`].
 pub fn rust_module(compiled: &Compiled, options: &rust::Options) -> Result<String, CompileError> {
     if options.scalar == ScalarChoice::F32 {
         fits_single(&compiled.program)?;
-    }
-    if options.extern_c && compiled.program.interface.drawn > 0 {
-        return Err(CompileError::NotParametric);
     }
     Ok(rust::write(&compiled.program, options))
 }

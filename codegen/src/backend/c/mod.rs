@@ -19,7 +19,7 @@ use tera::{Context, Tera};
 
 use crate::program::{Function, FunctionKind, Program};
 pub(super) use body::constant;
-pub use body::helpers;
+pub use body::{helpers, offered};
 pub(super) use description::fields;
 pub use description::{MACROS, STATUS, Status};
 pub use offered::OFFERED;

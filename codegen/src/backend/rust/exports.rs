@@ -6,20 +6,20 @@ use quote::{format_ident, quote};
 use super::Options;
 use super::items::{Syntax, needs_marker, number, number_types};
 use super::straight_line::has;
-use crate::backend::c::OFFERED;
+use crate::backend::c::{OFFERED, offered};
 use crate::program::{Argument, Array, FunctionKind, Program, Shape, Size};
 
 /// Returns the exported functions, which call the methods of the mechanism's type.
 pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenStream {
     let exports = Exports::new(program, options, syntax);
     let (starting, moving) = (exports.starting(), exports.moving());
-    let offered = OFFERED.into_iter().filter(|&kind| has(program, kind));
-    let offered = offered.filter_map(|kind| exports.offered(kind));
+    let functions = OFFERED.into_iter().filter(|&kind| has(program, kind));
+    let functions = functions.filter_map(|kind| exports.offered(kind));
     let torques = (!program.interface.driven().is_empty()).then(|| exports.motor_torques());
     quote! {
         #starting
         #moving
-        #(#offered)*
+        #(#functions)*
         #torques
 
         fn status(result: ::core::result::Result<(), ::lamc_runtime::Error>) -> i32 {
@@ -57,16 +57,18 @@ impl<'a> Exports<'a> {
         let [params, inputs] = number_types(program, &generic);
         let bare = needs_marker(program, options.scalar)
             .then(|| quote!(, scalar: ::core::marker::PhantomData));
+        // In C, the numbers of the drawing follow the parameters.
+        let drawing = (program.interface.drawn > 0).then(|| quote!(, drawing: *p.add(1).cast()));
         Self {
             program,
             params,
             inputs,
             with_numbers: quote! {
-                let robot = #model #turbofish { params: *p, inputs: *inputs #bare };
+                let robot = #model #turbofish { params: *p, inputs: *inputs #bare #drawing };
             },
             with_parameters: quote! {
                 let inputs = ::core::default::Default::default();
-                let robot = #model #turbofish { params: *p, inputs #bare };
+                let robot = #model #turbofish { params: *p, inputs #bare #drawing };
             },
             with_defaults: quote! {
                 let robot = <#model #generic as ::core::default::Default>::default();
@@ -110,7 +112,10 @@ impl<'a> Exports<'a> {
             let body = quote!(*#value = ::core::default::Default::default(););
             self.function(name, argument, Returns::Nothing, &body)
         };
-        let params_default = default("params_default", &quote!(p: *mut #params), &quote!(p));
+        let params_default = match self.program.interface.drawn {
+            0 => default("params_default", &quote!(p: *mut #params), &quote!(p)),
+            _ => self.drawing(),
+        };
         let inputs_default =
             default("inputs_default", &quote!(inputs: *mut #inputs), &quote!(inputs));
         let memory = self.program.interface.memory().count();
@@ -154,6 +159,22 @@ impl<'a> Exports<'a> {
             },
         );
         quote!(#params_default #inputs_default #memory_default #initial #assemble)
+    }
+
+    /// Returns the functions for default parameters and for the numbers of the drawing.
+    fn drawing(&self) -> TokenStream {
+        let Self { params, with_defaults, .. } = self;
+        let model = super::items::model(self.program);
+        let argument = quote!(p: *mut #params);
+        let defaults = quote! {
+            #with_defaults
+            *p = robot.params;
+            *p.add(1).cast() = robot.drawing;
+        };
+        let draw = quote!(*p.add(1).cast() = #model::with_params(*p).drawing;);
+        let defaults = self.function("params_default", &argument, Returns::Nothing, &defaults);
+        let draw = self.function("draw", &argument, Returns::Nothing, &draw);
+        quote!(#defaults #draw)
     }
 
     /// Returns the functions for projection, the acceleration, and the steps of a motion.
@@ -234,7 +255,9 @@ impl<'a> Exports<'a> {
             quote!(#name: *mut #ty)
         });
         let inputs = kind.inputs(&self.program.interface);
-        let reads = |argument| signature.inputs.contains(&argument);
+        let inputs = inputs.filter(|&argument| argument != Argument::Drawing);
+        let read = offered(self.program, kind);
+        let reads = |argument| read.contains(&argument);
         let robot = match reads(Argument::Parameters) {
             true if reads(Argument::Inputs) => &self.with_numbers,
             true => &self.with_parameters,
@@ -288,7 +311,7 @@ impl<'a> Exports<'a> {
     /// Returns what a function reads, as parameters of an exported function.
     fn inputs_of(&self, kind: FunctionKind) -> TokenStream {
         let Self { real, params, inputs, .. } = self;
-        let read = kind.inputs(&self.program.interface);
+        let read = offered(self.program, kind).into_iter();
         let parameters = read.map(|argument| match argument {
             Argument::Time => quote!(t: #real),
             Argument::Parameters => quote!(p: *const #params),
