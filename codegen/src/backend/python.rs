@@ -34,8 +34,15 @@ pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str
         Real::Float => "float32",
     };
     context.insert("dtype", dtype);
-    context.insert("coordinates", &interface.coordinates());
-    context.insert("speeds", &interface.speeds());
+    let counts = [
+        ("coordinates", interface.coordinates()),
+        ("speeds", interface.speeds()),
+        ("rows", interface.rows),
+        ("loops", interface.loops.len()),
+        ("drives", interface.driven().len()),
+        ("drawn", interface.drawn),
+    ];
+    counts.iter().for_each(|(name, count)| context.insert(*name, count));
     let free: Vec<&String> = interface.free.iter().map(|body| &body.name).collect();
     context.insert("free_bodies", &free);
     // The lengths of q and u and the number of joints, as Python and C know them; what they are without free bodies.
@@ -52,10 +59,6 @@ pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str
         |lead: &str| if free.is_empty() { String::new() } else { format!(" ({lead}..., NQ)") };
     context.insert("shape_of_q", &shape(""));
     context.insert("shape_of_qs", &shape("S, "));
-    context.insert("rows", &interface.rows);
-    context.insert("loops", &interface.loops.len());
-    context.insert("drawn", &interface.drawn);
-    context.insert("drives", &interface.driven().len());
     let joints: Vec<&String> = interface.joints.iter().map(|joint| &joint.name).collect();
     context.insert("joints", &joints);
     let bodies: Vec<&String> = interface.bodies.iter().map(|body| &body.name).collect();
