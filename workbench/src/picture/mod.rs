@@ -151,20 +151,16 @@ impl<'a> Renderer<'a> {
             return self.color(what, x, y, self.seen.near[FINE * (y * self.seen.width + x)]);
         }
         let mut sum = Linear::zeros();
-        let mut background = None;
-        let mut last = (NOTHING, Linear::zeros());
+        let mut last: Option<(u32, Linear)> = None;
         for row in FINE * y..FINE * (y + 1) {
             for column in FINE * x..FINE * (x + 1) {
                 let at = row * self.seen.width + column;
                 let what = self.seen.what[at];
-                let color = if what == NOTHING {
-                    *background.get_or_insert_with(|| self.background(x, y))
-                } else {
-                    if last.0 != what {
-                        last = (what, self.shade(what, x, y, self.seen.near[at]));
-                    }
-                    last.1
+                let color = match last {
+                    Some((known, color)) if known == what => color,
+                    _ => self.color(what, x, y, self.seen.near[at]),
                 };
+                last = Some((what, color));
                 sum += if self.is_edge(column, row) { color * 0.35 } else { color };
             }
         }

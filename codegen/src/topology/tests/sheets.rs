@@ -4,6 +4,8 @@ use nalgebra::{DVector, Vector2};
 
 use super::{Hinge, codes, hinge, largest_gap, mechanism, ray, topology};
 use crate::arithmetic::largest;
+use crate::laminate::Joint;
+use crate::source::Expression;
 use crate::topology::rounded::{Vertex, unlocked};
 use crate::topology::{LoopClass, build};
 
@@ -38,25 +40,34 @@ fn sheet(n: usize, [lean, height]: [f64; 2]) -> Vec<Hinge> {
     hinges
 }
 
-/// A flat sheet of that size has motions of nine degrees of freedom that fold some creases only, and these are found more
-/// easily. Which are mountains and valleys says which motion is meant.
-#[test]
-fn a_flat_sheet_moves_as_its_mountains_and_valleys_say() {
-    let n = 10;
-    let mut mechanism = mechanism(&miura(n));
-    let mut folds = Vec::new();
+/// Which creases of Miura-ori are mountains (1) and valleys (-1), hinge by hinge.
+fn signs(n: usize) -> Vec<f64> {
+    let mut signs = Vec::new();
     for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
         let sign = |index: usize| if index.is_multiple_of(2) { 1.0 } else { -1.0 };
-        folds.extend((column + 1 < n).then(|| sign(column)));
-        folds.extend((row + 1 < n).then(|| sign(row + column)));
+        signs.extend((column + 1 < n).then(|| sign(column)));
+        signs.extend((row + 1 < n).then(|| sign(row + column)));
     }
-    for (joint, fold) in mechanism.joints.iter_mut().zip(&folds) {
-        joint.fold = Some(fold * std::f64::consts::PI);
+    signs
+}
+
+/// A flat sheet of that size has motions of nine degrees of freedom that fold some creases only, and these are found more
+/// easily. Which are mountains and valleys says which motion is meant: their finished folds, or else the angles of rest.
+#[test]
+fn a_flat_sheet_moves_as_its_mountains_and_valleys_say() {
+    let (n, signs) = (10, signs(10));
+    let mark: [fn(&mut Joint, f64); 2] = [
+        |joint, sign| joint.fold = Some(sign * std::f64::consts::PI),
+        |joint, sign| joint.rest = Expression::Number(sign),
+    ];
+    for mark in mark {
+        let mut mechanism = mechanism(&miura(n));
+        mechanism.joints.iter_mut().zip(&signs).for_each(|(joint, sign)| mark(joint, *sign));
+        let topology = build(mechanism).expect("a sheet");
+        assert_eq!((topology.rank, topology.mobility), (signs.len() - 1, 1));
+        let q = topology.assembled.expect("a folded state");
+        assert!(q.iter().zip(&signs).all(|(q, sign)| q * sign > 0.1), "{q:?}");
     }
-    let topology = build(mechanism).expect("a sheet");
-    assert_eq!((topology.rank, topology.mobility), (folds.len() - 1, 1));
-    let q = topology.assembled.expect("a folded state");
-    assert!(q.iter().zip(&folds).all(|(q, fold)| q * fold > 0.1), "{q:?}");
 }
 
 #[test]
