@@ -34,15 +34,7 @@ pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str
         Real::Float => "float32",
     };
     context.insert("dtype", dtype);
-    let counts = [
-        ("coordinates", interface.coordinates()),
-        ("speeds", interface.speeds()),
-        ("rows", interface.rows),
-        ("loops", interface.loops.len()),
-        ("drives", interface.driven().len()),
-        ("drawn", interface.drawn),
-    ];
-    counts.iter().for_each(|(name, count)| context.insert(*name, count));
+    counts(program).iter().for_each(|(name, count)| context.insert(*name, count));
     let free: Vec<&String> = interface.free.iter().map(|body| &body.name).collect();
     context.insert("free_bodies", &free);
     // The lengths of q and u and the number of joints, as Python and C know them; what they are without free bodies.
@@ -81,6 +73,19 @@ pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str
         Ok(text) => text,
         Err(error) => unreachable!("the template is at fault: {error:?}"),
     }
+}
+
+/// Returns the counts that the template knows, by name.
+fn counts(program: &Program) -> [(&'static str, usize); 6] {
+    let interface = &program.interface;
+    [
+        ("coordinates", interface.coordinates()),
+        ("speeds", interface.speeds()),
+        ("rows", interface.rows),
+        ("loops", interface.loops.len()),
+        ("drives", interface.driven().len()),
+        ("drawn", interface.drawn),
+    ]
 }
 
 /// Returns a string literal. Python accepts the JSON notation for the strings that occur here.
