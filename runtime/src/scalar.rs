@@ -155,8 +155,8 @@ macro_rules! scalar {
             #[inline]
             #[allow(clippy::eq_op, reason = "false of what is not a number")]
             fn min(self, other: Self) -> Self {
-                // Without branches. What is not a number is neither less nor equal itself: `self` stays in the first line, so that
-                // a chain of these, by `self`, waits for one comparison each.
+                // Without branches. What is not a number is neither less nor equal itself. The first line keeps `self` if
+                // either is none, so that only `other` is left to check, and a chain waits for the first line alone.
                 let smaller = if other < self { other } else { self };
                 if other == other { smaller } else { other }
             }

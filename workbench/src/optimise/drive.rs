@@ -58,8 +58,9 @@ pub struct Closed {
 struct Equations {
     /// J_s, 9 L x (N - 1).
     others: DMatrix<f64>,
-    /// J_s = Q R, unless no joints follow.
+    /// J_s = Q R; `None` if no joints follow.
     factors: Option<QR<f64, Dyn, Dyn>>,
+    /// R, (N - 1) x (N - 1).
     r: DMatrix<f64>,
     /// 9 L x 1.
     residual: DMatrix<f64>,
@@ -170,8 +171,8 @@ impl<'s> Driven<'s> {
     fn predicted(&self, from: &Closed, here: &Equations, angle: f64) -> Vec<f64> {
         let by = angle - from.q[self.joint];
         let mut slope = here.tangent.clone();
-        if let Some((angle, before)) = &from.before {
-            let bend = 0.5 * by / (from.q[self.joint] - angle);
+        if let Some((earlier, before)) = &from.before {
+            let bend = 0.5 * by / (from.q[self.joint] - earlier);
             slope += bend * (&here.tangent - &before.tangent);
         }
         let mut q = from.q.clone();
