@@ -691,13 +691,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Crawler<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -4225,7 +4226,7 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
         q: &[S; 9],
         u: &[S; 8],
         acceleration: &mut [S; 8],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -4859,6 +4860,7 @@ impl<S: ::lamc_runtime::Arithmetic> Crawler<S> {
         acceleration[7] = independent_2;
         margin[0] = inverse_inertia_to_4;
         margin[1] = c(1.0);
+        margin[2] = c(1.0);
     }
 }
 
@@ -4910,13 +4912,14 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Crawler<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }

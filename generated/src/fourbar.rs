@@ -560,13 +560,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Fourbar<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -580,7 +581,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Fourbar<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.projection_into(
             exactly(q)?,
             exactly(u)?,
@@ -589,11 +590,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Fourbar<S> {
             exactly_mut(out.speeds)?,
             margin,
         );
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -1370,7 +1372,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         q: &[S; 4],
         u: &[S; 4],
         acceleration: &mut [S; 4],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -1559,6 +1561,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             c(INVERSE_PIVOT_COUPLER)), c(INVERSE_PIVOT_COUPLER_GHOST0));
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1), s_loop0_2_2) *
             c(STIFFNESS_CRANK_HINGE_SQUARED)) / (bound_of_trace_of_inverse_s * trace_of_s);
+        margin[2] = c(1.0);
     }
     /// What closes the loops, to be taken from q and u.
     fn projection_into(
@@ -1568,7 +1571,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         residual: &mut [S; 9],
         positions: &mut [S; 4],
         speeds: &mut [S; 4],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -1779,6 +1782,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             c(INVERSE_PIVOT_COUPLER)), c(INVERSE_PIVOT_COUPLER_GHOST0));
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1), s_loop0_2_2) *
             c(STIFFNESS_CRANK_HINGE_SQUARED)) / (bound_of_trace_of_inverse_s * trace_of_s);
+        margin[2] = c(1.0);
     }
 }
 
@@ -1824,13 +1828,14 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Fourbar<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -1844,7 +1849,7 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Fourbar<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.projection_into(
             exactly(q)?,
             exactly(u)?,
@@ -1853,11 +1858,12 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Fourbar<S> {
             exactly_mut(out.speeds)?,
             margin,
         );
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }

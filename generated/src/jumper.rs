@@ -629,13 +629,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Jumper<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -3430,7 +3431,7 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
         q: &[S; 8],
         u: &[S; 7],
         acceleration: &mut [S; 7],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -3913,6 +3914,7 @@ impl<S: ::lamc_runtime::Arithmetic> Jumper<S> {
         acceleration[6] = independent_2;
         margin[0] = inverse_inertia_to_3;
         margin[1] = c(1.0);
+        margin[2] = c(1.0);
     }
 }
 
@@ -3958,13 +3960,14 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Jumper<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }

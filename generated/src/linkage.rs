@@ -570,13 +570,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Linkage<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -590,7 +591,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Linkage<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.projection_into(
             exactly(q)?,
             exactly(u)?,
@@ -599,11 +600,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Linkage<S> {
             exactly_mut(out.speeds)?,
             margin,
         );
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -1742,7 +1744,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         q: &[S; 4],
         u: &[S; 4],
         acceleration: &mut [S; 4],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -1924,6 +1926,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             inverse_pivot_pivot);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
+        margin[2] = c(1.0);
     }
     /// What closes the loops, to be taken from q and u.
     fn projection_into(
@@ -1933,7 +1936,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
         residual: &mut [S; 9],
         positions: &mut [S; 4],
         speeds: &mut [S; 4],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -2123,6 +2126,7 @@ impl<S: ::lamc_runtime::Arithmetic> Linkage<S> {
             inverse_pivot_pivot);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
+        margin[2] = c(1.0);
     }
     /// The numbers that follow from the parameters alone, which the other functions read.
     fn drawing_into(&self, numbers: &mut [S; 183]) {
@@ -2687,13 +2691,14 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Linkage<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -2707,7 +2712,7 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Linkage<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.projection_into(
             exactly(q)?,
             exactly(u)?,
@@ -2716,11 +2721,12 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Linkage<S> {
             exactly_mut(out.speeds)?,
             margin,
         );
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }

@@ -465,13 +465,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Pendulum<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -634,7 +635,7 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         q: &[S; 1],
         u: &[S; 1],
         acceleration: &mut [S; 1],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -647,6 +648,7 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         acceleration[0] = acceleration_hinge;
         margin[0] = c(INVERSE_PIVOT_ARM);
         margin[1] = c(1.0);
+        margin[2] = c(1.0);
     }
 }
 
@@ -692,13 +694,14 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Pendulum<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }

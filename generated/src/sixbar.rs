@@ -700,13 +700,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Sixbar<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -720,7 +721,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Sixbar<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.projection_into(
             exactly(q)?,
             exactly(u)?,
@@ -729,11 +730,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Sixbar<S> {
             exactly_mut(out.speeds)?,
             margin,
         );
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -3143,7 +3145,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         q: &[S; 6],
         u: &[S; 6],
         acceleration: &mut [S; 6],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -3726,6 +3728,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             inverse_pivot_west);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
+        margin[2] = c(1.0);
     }
     /// What closes the loops, to be taken from q and u.
     fn projection_into(
@@ -3735,7 +3738,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         residual: &mut [S; 9],
         positions: &mut [S; 6],
         speeds: &mut [S; 6],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -4249,6 +4252,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             inverse_pivot_west);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
+        margin[2] = c(1.0);
     }
 }
 
@@ -4294,13 +4298,14 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Sixbar<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -4314,7 +4319,7 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Sixbar<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.projection_into(
             exactly(q)?,
             exactly(u)?,
@@ -4323,11 +4328,12 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Sixbar<S> {
             exactly_mut(out.speeds)?,
             margin,
         );
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }

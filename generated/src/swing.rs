@@ -351,13 +351,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Swing<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -372,7 +373,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Swing<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.jacobian_into(
             t,
             exactly(q)?,
@@ -383,11 +384,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Swing<S> {
             exactly_mut(out.dt)?,
             margin,
         );
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -403,7 +405,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Swing<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.jacobian_params_into(
             t,
             exactly(q)?,
@@ -412,11 +414,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Swing<S> {
             exactly_mut(dp)?,
             margin,
         );
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -462,7 +465,7 @@ impl<S: ::lamc_runtime::Arithmetic> Swing<S> {
         q: &[S; 1],
         u: &[S; 1],
         acceleration: &mut [S; 1],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -473,6 +476,7 @@ impl<S: ::lamc_runtime::Arithmetic> Swing<S> {
         acceleration[0] = acceleration_hinge;
         margin[0] = c(INVERSE_PIVOT_LEG);
         margin[1] = c(1.0);
+        margin[2] = c(1.0);
     }
     /// du/dt by elimination, and its derivatives.
     fn jacobian_into(
@@ -484,7 +488,7 @@ impl<S: ::lamc_runtime::Arithmetic> Swing<S> {
         dq: &mut [S; 1],
         du: &mut [S; 1],
         dt: &mut [S; 1],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -500,6 +504,7 @@ impl<S: ::lamc_runtime::Arithmetic> Swing<S> {
         dt[0] = c(0.0);
         margin[0] = c(INVERSE_PIVOT_LEG);
         margin[1] = c(1.0);
+        margin[2] = c(1.0);
     }
     /// du/dt by elimination, and its derivative by the parameters.
     fn jacobian_params_into(
@@ -509,7 +514,7 @@ impl<S: ::lamc_runtime::Arithmetic> Swing<S> {
         u: &[S; 1],
         acceleration: &mut [S; 1],
         dp: &mut [S; 2],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -524,6 +529,7 @@ impl<S: ::lamc_runtime::Arithmetic> Swing<S> {
         dp[1] = d_acceleration_hinge_by_parameter_1;
         margin[0] = c(INVERSE_PIVOT_LEG);
         margin[1] = c(1.0);
+        margin[2] = c(1.0);
     }
 }
 
@@ -571,13 +577,14 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Swing<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }

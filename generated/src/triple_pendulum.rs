@@ -496,13 +496,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for TriplePendulum<S> 
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }
@@ -1007,7 +1008,7 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         q: &[S; 3],
         u: &[S; 3],
         acceleration: &mut [S; 3],
-        margin: &mut [S; 2],
+        margin: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -1112,6 +1113,7 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
             c(INVERSE_PIVOT_LOWER));
         margin[1] = c(1.0);
+        margin[2] = c(1.0);
     }
 }
 
@@ -1157,13 +1159,14 @@ impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for TriplePendulum<S> {
         ::lamc_runtime::Error,
     > {
         use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
+        let margin = &mut [S::ZERO; 3];
         self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-        let [inverse_pivot, conditioning] = *margin;
+        let [inverse_pivot, conditioning, pivot] = *margin;
         Ok(
             Some(::lamc_runtime::plumbing::Margin {
                 inverse_pivot,
                 conditioning,
+                pivot,
             }),
         )
     }

@@ -17,12 +17,13 @@
 //! or the mechanism is singular.
 
 use crate::closure_rows::{Decided, Rows};
-use crate::constants::{NOISE_OF_ACCELERATION, SAFE_CONDITIONING};
+use crate::constants::NOISE_OF_ACCELERATION;
 use crate::decomposition::Decomposition;
 use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
 use crate::passage::pass;
-use crate::plumbing::{Dimensions, EquationsMut, Margin};
+use crate::plumbing::{Dimensions, EquationsMut};
 use crate::rank::{Fading, Gap};
+use crate::trust::{direct, trusted};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar, reduction};
 
@@ -70,7 +71,7 @@ pub fn acceleration<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    solve(system, (t, q, u), || Fading::of_rounding().lost, workspace, out, None)
+    solve(system, (t, q, u), || Fading::of_rounding().lost, false, workspace, out, None)
 }
 
 /// du/dt of a state on a trajectory, into `out` (N): what integrators use.
@@ -91,7 +92,21 @@ pub fn acceleration_in_motion<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    solve(system, (t, q, u), || Fading::of_rounding().passing, workspace, out, None)
+    solve(system, (t, q, u), || Fading::of_rounding().passing, false, workspace, out, None)
+}
+
+/// As [`acceleration_in_motion`], of a stage of an integrator. Where [`Constraint::is_weak`] is set but not
+/// [`Constraint::is_closed`], the result may be worth nothing: the loops have to be closed first.
+#[inline]
+pub(crate) fn acceleration_of_stage<Y: Mechanism>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<Constraint, Error> {
+    solve(system, (t, q, u), || Fading::of_rounding().passing, true, workspace, out, None)
 }
 
 /// As [`acceleration`], and the constraint forces, C + D: the closure forces lambda (N), of which
@@ -120,7 +135,7 @@ pub fn acceleration_and_forces<Y: Mechanism>(
     if lambda.len() != expected {
         return Err(Error::Length { expected, given: lambda.len() });
     }
-    solve(system, (t, q, u), || Y::Scalar::ZERO, workspace, out, Some(lambda))
+    solve(system, (t, q, u), || Y::Scalar::ZERO, false, workspace, out, Some(lambda))
 }
 
 /// As [`acceleration_and_forces`], with the torques of the driven joints only, D; of driven joints whose angles follow from those
@@ -134,40 +149,13 @@ pub(crate) fn acceleration_and_torques<Y: Mechanism>(
 ) -> Result<Constraint, Error> {
     let (t, q, u) = state;
     let dimensions = check(system, workspace, &[q.len()], &[u.len(), out.len()])?;
-    match reduction::accelerate(system, state, workspace, out, Some(&mut *torques))? {
+    let found = reduction::accelerate(system, state, workspace, out, Some(&mut *torques))?;
+    match trusted(system, found, (q, u), false, workspace, out)? {
         Some(constraint) => Ok(constraint),
         None => {
             decide(system, dimensions, (t, q, u), Y::Scalar::ZERO, workspace, out, Some(torques))
         }
     }
-}
-
-/// The conditioning above which rows are certainly independent and far from dependence.
-#[inline]
-pub(crate) fn safe<S: Arithmetic>() -> S {
-    SAFE_CONDITIONING.of()
-}
-
-/// Returns whether the results of a straight-line elimination can be trusted.
-#[inline]
-pub(crate) fn holds<S: Scalar>(margin: Option<Margin<S>>) -> bool {
-    margin.is_some_and(|margin| (margin.inverse_pivot > S::ZERO) & (margin.conditioning > safe()))
-}
-
-/// du/dt at (t, q, u) by the system's own elimination, where that holds.
-#[inline]
-pub(crate) fn direct<Y: Mechanism>(
-    system: &Y,
-    (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
-    out: &mut [Y::Scalar],
-) -> Result<Option<Constraint>, Error> {
-    let Dimensions { rank, drives, .. } = system.dimensions();
-    if drives != 0 {
-        return Ok(None);
-    }
-    let margin = system.write_acceleration(t, q, u, out)?;
-    let good = holds(margin) && out.iter().all(|x| x.is_finite());
-    Ok(good.then_some(Constraint::strong(rank)))
 }
 
 /// du/dt at (t, q, u) with a workspace of its own. Most states need none: it stays out of the caller's frame, of which
@@ -182,27 +170,29 @@ pub(crate) fn with_workspace<Y: Mechanism>(
 }
 
 /// du/dt at (t, q, u), and lambda, or its last parts, if there is a place for it. Directions that have faded to less than
-/// `zone` of the strongest are taken along the motion; most states do not need this number.
+/// `zone` of the strongest are taken along the motion; most states do not need this number. `may_be_open` is for those who
+/// close the loops where that matters.
 #[inline]
 fn solve<Y: Mechanism>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     zone: impl FnOnce() -> Y::Scalar,
+    may_be_open: bool,
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
 ) -> Result<Constraint, Error> {
     let (_, q, u) = state;
     let dimensions = check(system, workspace, &[q.len()], &[u.len(), out.len()])?;
-    if lambda.is_none()
-        && let Some(constraint) = direct(system, state, out)?
-    {
-        return Ok(constraint);
-    }
-    if lambda.is_none()
-        && let Some(constraint) = reduction::accelerate(system, state, workspace, out, None)?
-    {
-        return Ok(constraint);
+    if lambda.is_none() {
+        let found = (direct(system, state, out)?, dimensions.rank);
+        if let Some(constraint) = trusted(system, found, (q, u), may_be_open, workspace, out)? {
+            return Ok(constraint);
+        }
+        let found = reduction::accelerate(system, state, workspace, out, None)?;
+        if let Some(constraint) = trusted(system, found, (q, u), may_be_open, workspace, out)? {
+            return Ok(constraint);
+        }
     }
     decide(system, dimensions, state, zone(), workspace, out, lambda)
 }

@@ -5,12 +5,12 @@
 //! once more by itself, by the algorithms for numbers. Either way each lane gets the bits that its
 //! design would get alone.
 
-use crate::acceleration::safe;
-use crate::constants::PROJECTION_STEPS;
+use crate::constants::{LEAST_PIVOT, PROJECTION_STEPS, WEAK_SHARE};
 use crate::integrate::{Stages, is_forward};
 use crate::linear::max_abs;
 use crate::plumbing::{Margin, ProjectionMut};
 use crate::rank::{acceptable_residual, closed};
+use crate::trust::safe;
 use crate::{Arithmetic, Error, Mechanism, Rk4, State, StateOf};
 
 /// A vector of numbers. Sets of lanes are bits: bit k is lane k.
@@ -303,10 +303,13 @@ fn accelerate<V: Lanes, B: Batch<V>>(
     }
 }
 
-/// The lanes in which results of a straight-line elimination hold.
+/// The lanes in which results of a straight-line elimination hold, and no singular state is near.
 #[inline]
 fn holds<V: Lanes>(margin: &Margin<V>) -> u32 {
-    V::ZERO.less(margin.inverse_pivot) & safe::<V>().less(margin.conditioning)
+    let pivot = V::from_f64(WEAK_SHARE).max(LEAST_PIVOT.of());
+    V::ZERO.less(margin.inverse_pivot)
+        & safe::<V>().less(margin.conditioning)
+        & pivot.less(margin.pivot)
 }
 
 /// The lanes in which every number is finite.

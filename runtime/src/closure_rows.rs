@@ -1,12 +1,12 @@
 //! The rows of the closure at a state, solved: W y = b with W = J L^-T, whatever the rank.
 
-use crate::acceleration::safe;
 use crate::decomposition::Decomposition;
 use crate::linear::{
     Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, keep,
     orthogonalise, rows_of_mut, times_lower,
 };
 use crate::rank::{Fading, Gap};
+use crate::trust::safe;
 use crate::{Constraint, Error, Scalar};
 
 /// A decision on the rank and, unless rows were far from dependence, what led to it.

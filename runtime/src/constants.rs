@@ -123,9 +123,17 @@ constants! {
     /// Solving by J M^-1 J^T loses as many digits as its condition number has: in `f64` ten are kept.
     SAFE_CONDITIONING: Tolerance = Tolerance::new(1e-4, 1e5);
 
-    /// What the largest entry of N counts as, beside the inverse pivots of the closure, in a reduction to independent
-    /// speeds: an entry of 20 makes it as little trusted as a pivot of a hundredth.
+    /// In a reduction to independent speeds, an entry of N counts as a conditioning of the inverse square of this many
+    /// times it.
+    ///
+    /// Errors grow as the square of the entries: 20 is the largest that is trusted in `f64`.
     WEIGHT_OF_ENTRY: f64 = 5.0;
+
+    /// Pivot of the closure below which a reduction to independent speeds is not trusted, over its loop's length.
+    ///
+    /// Rows fade together with their pivots, so that elimination loses no digits. But closed loops leave the direction of a
+    /// row uncertain by rounding divided by the square of the pivot.
+    LEAST_PIVOT: Tolerance = Tolerance::new(1e-6, 9e5);
 
     /// Share of an acceleration that rounding of the state may make where its own rows count.
     ///

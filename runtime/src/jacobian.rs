@@ -13,10 +13,11 @@
 //! Where closure equations are redundant this is the derivative along the closure; for directions
 //! that open a loop the rank is kept constant.
 
-use crate::acceleration::{holds, not_finite};
+use crate::acceleration::not_finite;
 use crate::linear::copy;
 use crate::linearised::Linearised;
 use crate::plumbing::Dimensions;
+use crate::trust::Trust;
 use crate::{Error, Mechanism};
 
 /// The direction of a derivative: how fast everything the equations depend on changes.
@@ -90,7 +91,9 @@ pub(crate) fn differentiate<Y: Mechanism>(
         let JacobianMut { acceleration, dq, du, dt } = &mut out;
         let slices = JacobianMut { acceleration, dq, du, dt };
         let margin = system.write_jacobian(t, q, u, slices)?;
-        if holds(margin) && not_finite(&[out.acceleration, out.dq, out.du, out.dt]).is_none() {
+        if Trust::of(margin) == Trust::Strong
+            && not_finite(&[out.acceleration, out.dq, out.du, out.dt]).is_none()
+        {
             return Ok(Differentiated::Given);
         }
     }

@@ -124,6 +124,7 @@ mod sin_cos;
 mod state;
 mod stops;
 pub mod table;
+mod trust;
 mod unilateral;
 mod workspace;
 

@@ -131,9 +131,11 @@ pub struct Margin<S> {
     /// The least of the inverse pivots of M.
     pub inverse_pivot: S,
     /// A lower bound of smallest over largest eigenvalue of J M^-1 J^T; 1 without rows. For a reduction
-    /// to independent speeds, the square of the smallest pivot of the closure instead, as a share of
-    /// its loop's length.
+    /// to independent speeds, what its largest entry of N counts as.
     pub conditioning: S,
+    /// For a reduction to independent speeds, the smallest pivot of the closure as a share of its loop's length: it
+    /// fades with the distance from a singular state. 1 for others.
+    pub pivot: S,
 }
 
 /// A joint that follows a prescribed angle s(t): `q_j` = s.

@@ -136,6 +136,11 @@ impl<S: Scalar> Gap<S> {
         self.0 / (singular_value * singular_value)
     }
 
+    /// Whether Newton's method finds its way along a direction with this singular value.
+    pub fn shows(self, singular_value: S) -> bool {
+        self.uncertainty(singular_value) < S::from_f64(KANTOROVICH_BOUND)
+    }
+
     /// Whether the loops are closed to rounding.
     pub fn is_closed(self) -> bool {
         self.0 <= S::from_f64(CLOSED_EPSILONS) * S::EPSILON

@@ -233,11 +233,12 @@ impl<'p> DualSystem<'p> {
         if self.program.function_of(kind).outputs.is_empty() {
             return Ok(None);
         }
-        let mut margin = [Dual::ZERO; 2];
+        let mut margin = [Dual::ZERO; 3];
         let mut out: Vec<&mut [Dual]> = out.iter_mut().map(|out| &mut **out).collect();
         out.push(&mut margin);
         self.run(kind, at, &mut out);
-        Ok(Some(Margin { inverse_pivot: margin[0], conditioning: margin[1] }))
+        let [inverse_pivot, conditioning, pivot] = margin;
+        Ok(Some(Margin { inverse_pivot, conditioning, pivot }))
     }
 
     fn interface(&self) -> &Interface {

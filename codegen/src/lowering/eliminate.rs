@@ -183,13 +183,14 @@ impl<F: Factor> Factors<'_, F> {
         solution
     }
 
-    /// By how much results can be trusted: the least of 1 / D, and the conditioning of S.
+    /// By how much results can be trusted: the least of 1 / D, and the conditioning of S. No pivot of the closure is
+    /// divided by.
     pub fn margin(&self, code: &mut Code) -> Output {
         code.enter(Phase::ClosureConditioning);
         let pivots = self.mass.inverse_pivots().iter().copied();
         let least = pivots.reduce(|least, d| code.op(Op::Min(least, d)));
         let least = least.unwrap_or_else(|| code.number(1.0));
-        let entries = vec![least, self.closure.conditioning()];
-        Output { name: "margin", rows: 2, columns: 1, entries }
+        let entries = vec![least, self.closure.conditioning(), code.number(1.0)];
+        Output { name: "margin", rows: 3, columns: 1, entries }
     }
 }

@@ -10,14 +10,14 @@ pub fn reduced(equations: &Equations, reduced: &Reduced, kind: FunctionKind) -> 
     match kind {
         FunctionKind::Acceleration => {
             let accelerations = reduced.accelerations.as_slice();
-            let margin = ("margin", 2, 1, reduced.margin.as_slice());
+            let margin = ("margin", 3, 1, reduced.margin.as_slice());
             function(equations, kind, &[("acceleration", n, 1, accelerations), margin])
         }
         _ => {
             let residual = ("residual", equations.residual.len(), 1, equations.residual.as_slice());
             let positions = ("positions", n, 1, reduced.positions.as_slice());
             let speeds = ("speeds", n, 1, reduced.speeds.as_slice());
-            let margin = ("margin", 2, 1, reduced.projection_margin.as_slice());
+            let margin = ("margin", 3, 1, reduced.projection_margin.as_slice());
             function(equations, kind, &[residual, positions, speeds, margin])
         }
     }

@@ -48,12 +48,12 @@ const DIRECTION: &[Argument] = &[
     Argument::InputChange,
 ];
 
-/// How far a solution can be trusted: it cannot where either number is not positive.
+/// How far a solution can be trusted: it cannot where a number is not positive.
 const MARGIN: Array = vector(
     "margin",
-    Size::Fixed(2),
+    Size::Fixed(3),
     "",
-    "the least inverse pivot of M, then how far the closure is from singular",
+    "the least inverse pivot of M, the conditioning of the closure, then its smallest pivot over the length of its loop",
 );
 
 /// Velocities of the hinges at unit speed.

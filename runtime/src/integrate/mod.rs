@@ -26,6 +26,7 @@ pub use rk4::Rk4;
 pub(crate) use rk4::Stages;
 pub use rodas::Rodas;
 
+use crate::acceleration::acceleration_of_stage;
 use crate::projection::{project_stage, restore};
 use crate::{Arithmetic, Error, Mechanism, StateOf, acceleration_in_motion, project};
 
@@ -76,17 +77,19 @@ impl Stabilisation {
         out: &mut Y::Speeds,
     ) -> Result<(), Error> {
         let (workspace, out) = (workspace.as_mut(), out.as_mut());
-        let found = acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
-        match self {
-            Self::Projection if found.is_weak && !found.is_closed => {
-                accelerate_beside(system, (t, q, u), workspace, out)
-            }
-            Self::Baumgarte if step != Y::Scalar::ZERO => {
-                let gain = Y::Scalar::from_f64(0.5) / step;
-                restore(system, t, q.as_ref(), u.as_ref(), gain, workspace, out)
-            }
-            _ => Ok(()),
+        if self == Self::Projection {
+            let found = acceleration_of_stage(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
+            return match found.is_weak && !found.is_closed {
+                true => accelerate_beside(system, (t, q, u), workspace, out),
+                false => Ok(()),
+            };
         }
+        acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
+        if self == Self::Baumgarte && step != Y::Scalar::ZERO {
+            let gain = Y::Scalar::from_f64(0.5) / step;
+            return restore(system, t, q.as_ref(), u.as_ref(), gain, workspace, out);
+        }
+        Ok(())
     }
 }
 

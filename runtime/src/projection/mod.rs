@@ -16,13 +16,14 @@ mod gauss_newton;
 
 use gauss_newton::GaussNewton;
 
-use crate::acceleration::{holds, not_finite};
+use crate::acceleration::not_finite;
 use crate::constants::PROJECTION_STEPS;
 use crate::decomposition::Decomposition;
 use crate::linear::{add_scaled, copy, max_abs, max_abs_of_many};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
 use crate::reduction::{Correction, suitable};
+use crate::trust::Trust;
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
@@ -182,7 +183,7 @@ fn directly<Y: Mechanism>(
         }
         None => {
             let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, _: bool| {
-                Ok(holds(system.write_projection(q, u, out)?))
+                Ok(Trust::of(system.write_projection(q, u, out)?))
             };
             (repeat(system, q, u, enough, room, write)?, rank)
         }
@@ -199,7 +200,8 @@ struct Room<'a, S> {
 }
 
 /// Steps until the loops are closed; returns the largest residual, or nothing, with q as it was. `write` writes residuals and steps, and
-/// returns whether they can be trusted; it is told whether the state before was far from closed.
+/// returns how far they can be trusted; it is told whether the state before was far from closed. Next to a singular state, loops
+/// are closed to rounding.
 #[inline]
 fn repeat<Y: Mechanism>(
     system: &Y,
@@ -212,7 +214,7 @@ fn repeat<Y: Mechanism>(
         &[Y::Scalar],
         ProjectionMut<'_, Y::Scalar>,
         bool,
-    ) -> Result<bool, Error>,
+    ) -> Result<Trust<Y::Scalar>, Error>,
 ) -> Result<Option<Y::Scalar>, Error> {
     let Room { residual, positions, speeds, given } = room;
     copy(given, q)?;
@@ -222,10 +224,13 @@ fn repeat<Y: Mechanism>(
         let out = ProjectionMut { residual, positions, speeds };
         // Written so that NaN is far.
         let is_far = before.is_some_and(|before| !(before <= acceptable));
-        if !write(q, u, out, is_far)? {
-            break;
-        }
+        let trust = write(q, u, out, is_far)?;
         let size = max_abs_of_many(residual);
+        let enough = match trust {
+            Trust::Strong => enough,
+            Trust::Weak(pivot) if Gap::of(system, size).shows(pivot) => closed_to_rounding(system),
+            _ => break,
+        };
         // Written so that NaN is no progress.
         let is_last = !before.is_none_or(|before| size + size < before);
         // Written so that NaN is not closed.

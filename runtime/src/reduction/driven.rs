@@ -10,10 +10,10 @@
 //! out, without a torque, and have to be met by what the others lead to.
 
 use super::inertia::Inertia;
-use crate::acceleration::safe;
 use crate::constants::ORTHOGONAL_PASSES;
 use crate::linear::{add_scaled, backward, copy, dot, factor, forward, rows_of, rows_of_mut};
 use crate::plumbing::Drive;
+use crate::trust::safe;
 use crate::workspace::split;
 use crate::{Error, Mechanism, Scalar};
 

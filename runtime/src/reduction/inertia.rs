@@ -7,9 +7,9 @@
 use super::driven::{Driven, Met};
 use super::sweep::{PARTS, Sums};
 use super::{Reduction, ReductionSizes, Terms};
-use crate::acceleration::safe;
 use crate::constants::WEIGHT_OF_ENTRY;
 use crate::linear::{backward, copy, factor, forward, rows_of, rows_of_mut};
+use crate::trust::{Trust, safe};
 use crate::workspace::split;
 use crate::{Error, Scalar};
 
@@ -90,19 +90,20 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         self.independent
     }
 
-    /// Computes the matrices; returns whether they can be trusted.
-    pub fn fill(&mut self, terms: &Terms<'_, S>) -> Result<bool, Error> {
-        let largest = self.eliminate(terms.coefficients)?;
-        let pivot = terms.largest.iter().fold(S::ZERO, |most, &value| most.max(value));
-        let worst = pivot.max(S::from_f64(WEIGHT_OF_ENTRY) * largest);
+    /// Computes the matrices; returns how far they can be trusted.
+    pub fn fill(&mut self, terms: &Terms<'_, S>) -> Result<Trust<S>, Error> {
+        let largest = S::from_f64(WEIGHT_OF_ENTRY) * self.eliminate(terms.coefficients)?;
+        let inverse_pivot = terms.largest.iter().fold(S::ZERO, |most, &value| most.max(value));
+        let trust = Trust::of_pivot(S::ONE / inverse_pivot);
         // Written so that NaN is not trusted.
-        if !(safe::<S>() * worst * worst < S::ONE) {
-            return Ok(false);
+        if trust == Trust::Doubtful || !(safe::<S>() * largest * largest < S::ONE) {
+            return Ok(Trust::Doubtful);
         }
         let Self { reduction, sums, null_space, momenta, active, .. } = &mut *self;
         sums.sweep(reduction.branches, terms, null_space, momenta, active)?;
         self.product();
-        Ok(factor(self.inertia, self.independent).is_ok())
+        let is_positive = factor(self.inertia, self.independent).is_ok();
+        Ok(if is_positive { trust } else { Trust::Doubtful })
     }
 
     /// N; returns its largest entry.

@@ -26,8 +26,9 @@ use inertia::{Inertia, inertia_len};
 use sweep::PARTS;
 
 use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
+use crate::trust::Trust;
 use crate::workspace::split;
-use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar};
+use crate::{Arithmetic, Error, Mechanism, Scalar};
 
 /// What the mechanism writes; see [`ReductionMut`].
 struct Terms<'a, S> {
@@ -61,8 +62,8 @@ pub(crate) fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scal
     system.reduction().filter(|it| !it.is_for_driven || system.dimensions().drives != 0)
 }
 
-/// du/dt at (t, q, u) into `out`, where the mechanism has a reduction and that holds; and the torque (N m) of each driven
-/// joint, if there is a place for it.
+/// du/dt at (t, q, u) into `out`, where the mechanism has a reduction, how far it can be trusted, and the number of independent
+/// rows; and the torque (N m) of each driven joint, if there is a place for it.
 #[inline(always)]
 pub(crate) fn accelerate<Y: Mechanism>(
     system: &Y,
@@ -70,10 +71,10 @@ pub(crate) fn accelerate<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     torques: Option<&mut [Y::Scalar]>,
-) -> Result<Option<Constraint>, Error> {
+) -> Result<(Trust<Y::Scalar>, usize), Error> {
     match suitable(system) {
         Some(reduction) => reduced(system, reduction, state, workspace, out, torques),
-        None => Ok(None),
+        None => Ok((Trust::Doubtful, 0)),
     }
 }
 
@@ -84,7 +85,7 @@ fn reduced<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     torques: Option<&mut [Y::Scalar]>,
-) -> Result<Option<Constraint>, Error> {
+) -> Result<(Trust<Y::Scalar>, usize), Error> {
     let workspace = &mut &mut *workspace;
     let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
     let d = sizes.independent;
@@ -94,8 +95,9 @@ fn reduced<Y: Mechanism>(
     let mut driven = Driven::of(drives, d, workspace)?;
     let mut inertia = Inertia::of(reduction, sizes, workspace)?;
     reduction.parts.write_acceleration((t, q, u), terms.write(), out, forces)?;
-    if !inertia.fill(&terms)? {
-        return Ok(None);
+    let trust = inertia.fill(&terms)?;
+    if trust == Trust::Doubtful {
+        return Ok((trust, 0));
     }
     inertia.reduce(forces, a)?;
     driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
@@ -103,14 +105,14 @@ fn reduced<Y: Mechanism>(
         None => drive.acceleration,
     })?;
     if !inertia.solve(a, &mut driven, Met::Here)? {
-        return Ok(None);
+        return Ok((Trust::Doubtful, 0));
     }
     inertia.combine(Y::Scalar::ONE, a, out)?;
     if let Some(torques) = torques {
         driven.torques(torques)?;
     }
-    let is_good = out.iter().all(|x| x.is_finite());
-    Ok(is_good.then_some(Constraint::strong(rank + driven.rank())))
+    let is_finite = out.iter().all(|x| x.is_finite());
+    Ok((if is_finite { trust } else { Trust::Doubtful }, rank + driven.rank()))
 }
 
 /// What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u.
@@ -120,8 +122,8 @@ pub(crate) struct Correction<'a, S> {
     along: &'a mut [S],
     driven: Driven<'a, S>,
     inertia: Inertia<'a, S>,
-    /// Whether there are matrices of a state near enough.
-    is_known: bool,
+    /// How far the matrices can be trusted, if there are some of a state near enough.
+    known: Option<Trust<S>>,
 }
 
 impl<'a, S: Scalar> Correction<'a, S> {
@@ -138,7 +140,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
             along: split(workspace, sizes.independent)?,
             driven: Driven::of(drives, sizes.independent, workspace)?,
             inertia: Inertia::of(reduction, sizes, workspace)?,
-            is_known: false,
+            known: None,
         })
     }
 
@@ -149,27 +151,31 @@ impl<'a, S: Scalar> Correction<'a, S> {
 
     /// The matrices are computed again at the next state.
     pub fn forget(&mut self) {
-        self.is_known = false;
+        self.known = None;
     }
 
     /// Writes what [`write_projection`](Mechanism::write_projection) does, the residuals followed by those of the
-    /// driven joints; returns whether that can be trusted. After the first state N and M are those of the first, which
+    /// driven joints; returns how far that can be trusted. After the first state N and M are those of the first, which
     /// changes only by what least change is measured.
     pub fn write<Y: Mechanism<Scalar = S>>(
         &mut self,
         system: &Y,
         (t, q, u): (S, &[S], &[S]),
         out: ProjectionMut<'_, S>,
-    ) -> Result<bool, Error> {
+    ) -> Result<Trust<S>, Error> {
         let ProjectionMut { mut residual, positions, speeds } = out;
         let of_loops = split(&mut residual, 9 * system.dimensions().loops)?;
         let terms = self.terms.write();
         let at = ProjectionMut { residual: of_loops, positions, speeds };
         self.parts.write_projection(q, u, terms, at)?;
-        if !self.is_known && !self.inertia.fill(&self.terms)? {
-            return Ok(false);
+        let trust = match self.known {
+            Some(trust) => trust,
+            None => self.inertia.fill(&self.terms)?,
+        };
+        if trust == Trust::Doubtful {
+            return Ok(trust);
         }
-        self.is_known = true;
+        self.known = Some(trust);
         let mut of_drives = residual.iter_mut();
         let size = system.size();
         let of = |values: &[S], joint: usize| values.get(joint).copied().unwrap_or(S::ZERO);
@@ -181,8 +187,9 @@ impl<'a, S: Scalar> Correction<'a, S> {
         let too_far = |drive: &Drive<S>| of(q, drive.joint) - drive.position;
         let too_fast = |drive: &Drive<S>| of(u, drive.joint) - drive.speed;
         // The residuals tell whether joints are where they should be.
-        Ok(self.correct(system, t, positions, too_far, Met::Elsewhere)?
-            && self.correct(system, t, speeds, too_fast, Met::Here)?)
+        let is_solved = self.correct(system, t, positions, too_far, Met::Elsewhere)?
+            && self.correct(system, t, speeds, too_fast, Met::Here)?;
+        Ok(if is_solved { trust } else { Trust::Doubtful })
     }
 
     /// p becomes p - N y, where a driven joint gets its `excess`.

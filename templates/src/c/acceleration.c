@@ -17,15 +17,26 @@ PRIVATE int status_of_mass(const real *mass, int pivot, const real *q, const rea
             return status_not_finite;
     return status_mass_matrix;
 }
+#if RESIDUALS > 0 && (ACCELERATION_IS_DIRECT || PROJECTION_IS_DIRECT || IS_REDUCED)
+
+/* How far an elimination of the closure can be trusted with this smallest pivot, over its loop's length. */
+PRIVATE enum trust trust_of_pivot(real pivot)
+{
+    /* Written so that what is not a number is doubtful. */
+    if (!(pivot > LEAST_PIVOT))
+        return doubtful;
+    return pivot > WEAK_SHARE ? strong : weak;
+}
+#endif
 #if ACCELERATION_IS_DIRECT || PROJECTION_IS_DIRECT
 
-/* Whether the results of an elimination in straight-line code hold. */
-PRIVATE int holds(const real margin[2])
+/* How far an elimination in straight-line code can be trusted. */
+PRIVATE enum trust trust_of(const real margin[3])
 {
 #if RESIDUALS > 0
-    return margin[0] > 0 && margin[1] > SAFE_CONDITIONING;
+    return margin[0] > 0 && margin[1] > SAFE_CONDITIONING ? trust_of_pivot(margin[2]) : doubtful;
 #else
-    return margin[0] > 0;
+    return margin[0] > 0 ? strong : doubtful;
 #endif
 }
 #endif
@@ -114,38 +125,72 @@ static int accelerate_generally(real t, const real *q, const real *u, const para
 }
 #if ACCELERATION_IS_DIRECT
 
-/* By elimination in straight-line code: 0 where that does not hold. */
-static int accelerate_directly(real t, const real *q, const real *u, const parameters *p,
-    const inputs *in, real *acceleration)
+/* By elimination in straight-line code, and the smallest pivot of the closure. */
+static enum trust accelerate_directly(real t, const real *q, const real *u, const parameters *p,
+    const inputs *in, real *acceleration, real *pivot)
 {
-    real found[SPEEDS], margin[2];
-    acceleration_of(t, q, u, p, in, found, margin);
-    if (!holds(margin) || !all_finite(found, SPEEDS))
-        return 0;
-    copy(acceleration, found, SPEEDS);
-    return 1;
+    real margin[3];
+    acceleration_of(t, q, u, p, in, acceleration, margin);
+    *pivot = margin[2];
+    return all_finite(acceleration, SPEEDS) ? trust_of(margin) : doubtful;
+}
+#endif
+#if ACCELERATION_IS_DIRECT || IS_REDUCED
+
+/* Whether an elimination serves. Next to a singular state a row that fades is known as a direction to within the gap divided by
+ * the square of the pivot; what is divided by the row, to within that times the square of the speeds, divided by the pivot. */
+static int is_certain(enum trust trust, real pivot, const real *q, const real *u, const parameters *p,
+    const real *acceleration, int *open)
+{
+    int may_be_open = open && *open;
+    if (open)
+        *open = 0;
+#if RESIDUALS > 0
+    if (trust == weak) {
+        const real gap = gap_at(q, p);
+        const real noise = uncertainty(gap, pivot) * dot(u, u, SPEEDS);
+        const real allowed = NOISE_OF_ACCELERATION * pivot * largest_magnitude(acceleration, SPEEDS);
+        may_be_open = may_be_open && !is_closed(gap);
+        if (open)
+            *open = !is_closed(gap);
+        return shows(gap, pivot) && (noise <= allowed || may_be_open);
+    }
+#else
+    (void)may_be_open, (void)pivot, (void)q, (void)u, (void)p, (void)acceleration;
+#endif
+    return trust == strong;
 }
 #endif
 
-/* du/dt. In a motion, `open` tells where loops should be closed to rounding first; else it is null.
- * `multipliers` are of the closure rows and then of the driven joints, or null. Where it fails,
+/* du/dt. In a motion, `open` tells where loops should be closed to rounding first; else it is null. It is set before if they may
+ * be open, and then the result may be worth nothing where they are. `multipliers` are of the closure rows and then of the driven joints, or null. Where it fails,
  * `acceleration` stays as it is. */
 PRIVATE int accelerate(real t, const real *q, const real *u, const parameters *p, const inputs *in,
     real *acceleration, int *open, real *multipliers)
 {
+#if ACCELERATION_IS_DIRECT || IS_REDUCED
+    const int may_be_open = open ? *open : 0;
+    real found[SPEEDS], pivot;
+    enum trust trust;
+    if (!multipliers) {
 #if ACCELERATION_IS_DIRECT
-    if (!multipliers && accelerate_directly(t, q, u, p, in, acceleration)) {
-        if (open)
-            *open = 0;
-        return status_ok;
-    }
+        trust = accelerate_directly(t, q, u, p, in, found, &pivot);
+        if (is_certain(trust, pivot, q, u, p, found, open)) {
+            copy(acceleration, found, SPEEDS);
+            return status_ok;
+        }
 #endif
 #if IS_REDUCED
-    if (!multipliers && accelerate_reduced(t, q, u, p, in, acceleration)) {
         if (open)
-            *open = 0;
-        return status_ok;
+            *open = may_be_open;
+        trust = accelerate_reduced(t, q, u, p, in, found, &pivot);
+        if (is_certain(trust, pivot, q, u, p, found, open)) {
+            copy(acceleration, found, SPEEDS);
+            return status_ok;
+        }
+#endif
     }
+    (void)may_be_open;
 #endif
     return accelerate_generally(t, q, u, p, in, acceleration, open, multipliers);
 }

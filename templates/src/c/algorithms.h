@@ -71,6 +71,7 @@ PRIVATE real gap_of(real residual);
 PRIVATE real gap_at(const real *q, const parameters *p);
 PRIVATE real cut_of(real gap);
 PRIVATE real uncertainty(real gap, real singular_value);
+PRIVATE int shows(real gap, real singular_value);
 PRIVATE int is_closed(real gap);
 PRIVATE int is_below(const struct kept *kept, real share, real gap);
 PRIVATE real closed_to_rounding(void);
@@ -99,14 +100,15 @@ PRIVATE int solve_passing(real t, const real *q, const real *u, const parameters
 
 #if IS_REDUCED
 /* reduction.c */
-PRIVATE int accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
-    const inputs *in, real *acceleration);
-PRIVATE int correct_reduced(struct reduction *reduction, int is_known, real t, const real *q,
+PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
+    const inputs *in, real *acceleration, real *pivot);
+PRIVATE enum trust correct_reduced(struct reduction *reduction, int is_known, real t, const real *q,
     const real *u, const parameters *p, const inputs *in, real *residual, real *positions, real *speeds);
 #endif
 
 /* acceleration.c */
-PRIVATE int holds(const real margin[2]);
+PRIVATE enum trust trust_of(const real margin[3]);
+PRIVATE enum trust trust_of_pivot(real pivot);
 PRIVATE int status_of_mass(const real *mass, int pivot, const real *q, const real *u);
 PRIVATE int accelerate(real t, const real *q, const real *u, const parameters *p, const inputs *in,
     real *acceleration, int *open, real *multipliers);

@@ -93,8 +93,9 @@ static int status_of_residual(const struct constraints *constraints)
 
 /* By elimination in straight-line code or by independent speeds, where that holds and closes the loops; otherwise q and
  * u stay as they are, and the result is 0. In a rounded drawing, rows that follow from others may remain open a little
- * when the others are closed: where the correction of q is less than rounding. */
-static int move_directly(real t, real *q, real *u, const parameters *p, const inputs *in)
+ * when the others are closed: where the correction of q is less than `enough`. Next to a singular state, loops are closed to
+ * rounding, or as far as steps help. */
+static int move_directly(real t, real *q, real *u, real enough, const parameters *p, const inputs *in)
 {
     real residual[RESIDUALS], positions[SPEEDS], speeds[SPEEDS];
     real previous[COORDINATES], before = 0;
@@ -102,29 +103,36 @@ static int move_directly(real t, real *q, real *u, const parameters *p, const in
     struct reduction reduction;
     int is_known = 0;
 #else
-    real margin[2];
+    real margin[3];
     (void)t, (void)in;
 #endif
     copy(previous, q, COORDINATES);
     for (int i = 0; i < PROJECTION_STEPS; i++) {
-        real largest;
-        int is_trusted;
+        real largest, pivot;
+        enum trust trust;
+        int is_last;
 #if IS_REDUCED
-        is_trusted
-            = correct_reduced(&reduction, is_known, t, q, u, p, in, residual, positions, speeds);
+        trust = correct_reduced(&reduction, is_known, t, q, u, p, in, residual, positions, speeds);
+        pivot = 1 / reduction.largest[0];
 #else
         projection_of(q, u, p, residual, positions, speeds, margin);
-        is_trusted = holds(margin);
+        trust = trust_of(margin);
+        pivot = margin[2];
 #endif
         largest = largest_magnitude(residual, RESIDUALS);
-        if (is_trusted
-            && (largest <= closed()
-                || (largest <= ACCEPTABLE * MECHANISM_SIZE
-                    && MECHANISM_SIZE * largest_magnitude(positions, SPEEDS) <= closed()))) {
+        if (trust == doubtful || (trust == weak && !shows(gap_of(largest), pivot)))
+            break;
+        if (trust == weak)
+            enough = closed_to_rounding();
+        is_last = !(i == 0 || largest + largest < before);
+        if (largest <= enough
+            || (largest <= ACCEPTABLE * MECHANISM_SIZE
+                && MECHANISM_SIZE * largest_magnitude(positions, SPEEDS) <= enough)
+            || (is_last && largest <= closed())) {
             add_scaled(u, -1, speeds, SPEEDS);
             return 1;
         }
-        if (!is_trusted || !(i == 0 || largest + largest < before))
+        if (is_last)
             break;
         before = largest;
 #if IS_REDUCED
@@ -208,7 +216,7 @@ PRIVATE int close_state(real t, real *q, real *u, const parameters *p, const inp
     real largest;
     int status;
 #if PROJECTION_IS_DIRECT || IS_REDUCED
-    if (move_directly(t, q, u, p, in))
+    if (move_directly(t, q, u, closed(), p, in))
         return all_finite(q, COORDINATES) && all_finite(u, SPEEDS) ? status_ok : status_not_finite;
 #endif
     status = set_metric(&constraints, t, q, u, p, in);
@@ -228,7 +236,12 @@ PRIVATE int close_stage(real t, real *q, real *u, const parameters *p, const inp
 {
     struct constraints constraints;
     real largest;
-    const int status = set_metric(&constraints, t, q, u, p, in);
+    int status;
+#if PROJECTION_IS_DIRECT || IS_REDUCED
+    if (move_directly(t, q, u, closed_to_rounding(), p, in))
+        return status_ok;
+#endif
+    status = set_metric(&constraints, t, q, u, p, in);
     if (status != status_ok)
         return status;
     largest = move_positions(&constraints, t, q, 0, p, in);

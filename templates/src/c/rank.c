@@ -55,6 +55,12 @@ PRIVATE real uncertainty(real gap, real singular_value)
     return gap / (singular_value * singular_value);
 }
 
+/* Whether Newton's method finds its way along a direction of this singular value. */
+PRIVATE int shows(real gap, real singular_value)
+{
+    return uncertainty(gap, singular_value) < KANTOROVICH_BOUND;
+}
+
 /* Whether the loops are closed to rounding. */
 PRIVATE int is_closed(real gap)
 {

@@ -94,21 +94,25 @@ static void sweep(struct reduction *reduction)
     }
 }
 
-/* Computes the matrices; whether they can be trusted. */
-static int set_matrices(struct reduction *reduction)
+/* Computes the matrices; how far they can be trusted. */
+static enum trust set_matrices(struct reduction *reduction)
 {
-    const real worst
-        = larger(reduction->largest[0], WEIGHT_OF_ENTRY * eliminate(reduction));
+    const real largest = WEIGHT_OF_ENTRY * eliminate(reduction);
+    reduction->trust = trust_of_pivot(1 / reduction->largest[0]);
     /* Written so that what is not a number is not trusted. */
-    if (!(SAFE_CONDITIONING * worst * worst < 1))
-        return 0;
+    if (!(SAFE_CONDITIONING * largest * largest < 1))
+        reduction->trust = doubtful;
+    if (reduction->trust == doubtful)
+        return doubtful;
     sweep(reduction);
     fill(reduction->inertia, 0, INDEPENDENT * INDEPENDENT);
     for (int branch = 0; branch < BRANCHES; branch++)
         for (int i = 0; i < INDEPENDENT; i++)
             add_scaled(reduction->inertia + i * INDEPENDENT, reduction->null_space[branch][i],
                 reduction->products[branch], i + 1);
-    return factor_cholesky(reduction->inertia, INDEPENDENT) == INDEPENDENT;
+    if (factor_cholesky(reduction->inertia, INDEPENDENT) < INDEPENDENT)
+        reduction->trust = doubtful;
+    return reduction->trust;
 }
 
 /* The sum over the joints of x times their rows. */
@@ -188,44 +192,42 @@ static void add_combined(const struct reduction *reduction, real sign, const rea
         x[branch_joints[branch]] += sign * dot(reduction->null_space[branch], y, INDEPENDENT);
 }
 
-/* du/dt by independent speeds: 0 where that does not hold. */
-PRIVATE int accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
-    const inputs *in, real *acceleration)
+/* du/dt by independent speeds, and the smallest pivot of the closure. */
+PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
+    const inputs *in, real *acceleration, real *pivot)
 {
     struct reduction reduction;
-    real found[SPEEDS], forces[SPEEDS], y[INDEPENDENT], wanted[DRIVES + 1] = { 0 };
+    real forces[SPEEDS], y[INDEPENDENT], wanted[DRIVES + 1] = { 0 };
     reduction_of(t, q, u, p, in, &reduction.axes[0][0], &reduction.momenta[0][0], reduction.rotors,
-        reduction.coefficients, reduction.largest, found, forces);
-    if (!set_matrices(&reduction))
-        return 0;
+        reduction.coefficients, reduction.largest, acceleration, forces);
+    *pivot = 1 / reduction.largest[0];
+    if (set_matrices(&reduction) == doubtful)
+        return doubtful;
     combine_transposed(reduction.null_space, forces, y);
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
         drives_of(t, p, in, drive);
         for (int i = 0; i < DRIVES; i++)
-            wanted[i] = drive[values_of_drive * i + acceleration_of_drive] - found[driven[i]];
+            wanted[i] = drive[values_of_drive * i + acceleration_of_drive] - acceleration[driven[i]];
     }
 #endif
     if (!solve_reduced(&reduction, wanted, y))
-        return 0;
-    add_combined(&reduction, 1, y, found);
-    if (!all_finite(found, SPEEDS))
-        return 0;
-    copy(acceleration, found, SPEEDS);
-    return 1;
+        return doubtful;
+    add_combined(&reduction, 1, y, acceleration);
+    return all_finite(acceleration, SPEEDS) ? reduction.trust : doubtful;
 }
 
 /* What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u, with the residuals
- * of both; 0 where that does not hold. If the matrices are known, they are of a state nearby. */
-PRIVATE int correct_reduced(struct reduction *reduction, int is_known, real t, const real *q,
+ * of both. If the matrices are known, they are of a state nearby. */
+PRIVATE enum trust correct_reduced(struct reduction *reduction, int is_known, real t, const real *q,
     const real *u, const parameters *p, const inputs *in, real *residual, real *positions, real *speeds)
 {
     real y[INDEPENDENT], too_far[DRIVES + 1] = { 0 }, too_fast[DRIVES + 1] = { 0 };
     projection_reduction_of(q, u, p, &reduction->axes[0][0], &reduction->momenta[0][0],
         reduction->rotors, reduction->coefficients, reduction->largest, residual, positions, speeds);
-    if (!is_known && !set_matrices(reduction))
-        return 0;
+    if (!is_known && set_matrices(reduction) == doubtful)
+        return doubtful;
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
@@ -243,11 +245,11 @@ PRIVATE int correct_reduced(struct reduction *reduction, int is_known, real t, c
 #endif
     combine_transposed(reduction->products, positions, y);
     if (!solve_reduced(reduction, too_far, y))
-        return 0;
+        return doubtful;
     add_combined(reduction, -1, y, positions);
     combine_transposed(reduction->products, speeds, y);
     if (!solve_reduced(reduction, too_fast, y))
-        return 0;
+        return doubtful;
     add_combined(reduction, -1, y, speeds);
-    return 1;
+    return reduction->trust;
 }

@@ -9,13 +9,14 @@ enum { stages = 4 };
 static int accelerate_stage(real t, const real *q, const real *u, const parameters *p, const inputs *in,
     real *acceleration)
 {
-    int open, status = accelerate(t, q, u, p, in, acceleration, &open, 0);
+    int open = 1, status = accelerate(t, q, u, p, in, acceleration, &open, 0);
 #if RESIDUALS > 0
     if (status == status_ok && open) {
         real near_q[COORDINATES], near_u[SPEEDS];
         copy(near_q, q, COORDINATES);
         copy(near_u, u, SPEEDS);
         status = close_stage(t, near_q, near_u, p, in);
+        open = 0;
         if (status == status_ok)
             status = accelerate(t, near_q, near_u, p, in, acceleration, &open, 0);
     }

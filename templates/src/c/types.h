@@ -12,6 +12,10 @@ struct kept {
 };
 #endif
 
+/* How far the results of an elimination can be trusted: not at all; next to a singular state, as far as the loops are closed;
+ * as far as rounding allows. */
+enum trust { doubtful, weak, strong };
+
 /* Least and greatest angle of each joint, rad. */
 struct limits {
     real lower[SPEEDS], upper[SPEEDS];
@@ -47,5 +51,6 @@ struct reduction {
     real null_space[BRANCHES][INDEPENDENT]; /* N */
     real products[BRANCHES][INDEPENDENT]; /* M N */
     real inertia[INDEPENDENT * INDEPENDENT]; /* factor of N^T M N */
+    enum trust trust; /* in these matrices */
 };
 #endif

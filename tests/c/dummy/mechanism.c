@@ -117,7 +117,7 @@ void acceleration_of(real t, const real *q, const real *u, const parameters *p, 
     (void)t, (void)q, (void)u, (void)p, (void)in;
     for (int i = 0; i < SPEEDS; i++)
         acceleration[i] = 0;
-    margin[0] = margin[1] = 0;
+    margin[0] = margin[1] = margin[2] = 0;
 }
 #endif
 
@@ -129,7 +129,7 @@ void projection_of(const real *q, const real *u, const parameters *p, real *resi
     fill(residual, 0, LOOP_RESIDUALS);
     fill(positions, 0, SPEEDS);
     fill(speeds, 0, SPEEDS);
-    margin[0] = margin[1] = 0;
+    margin[0] = margin[1] = margin[2] = 0;
 }
 #endif
 

@@ -133,7 +133,7 @@ fn c_modules_have_them() {
     let main = format!(
         "#include <stdio.h>\n#include \"linkage.h\"\nint main(void)\n{{\n\
          const double q[4] = {{ {} }}, u[4] = {{ {} }};\n\
-         linkage_params p;\nlinkage_inputs in;\ndouble a[4], dp[4][4], margin[2];\nint i, k;\n\
+         linkage_params p;\nlinkage_inputs in;\ndouble a[4], dp[4][4], margin[3];\nint i, k;\n\
          linkage_params_default(&p);\nlinkage_inputs_default(&in);\nlinkage_draw(&p);\n\
          linkage_jacobian_params(0, q, u, &p, &in, a, dp, margin);\n\
          if (!(margin[0] > 0 && margin[1] > 0))\nreturn 1;\n\

@@ -87,6 +87,30 @@ fn accelerations_agree_with_sixty_digits() {
     }
 }
 
+/// Next to flat the rows of a sheet fade together with their pivots: elimination serves, and is exact.
+#[test]
+fn sheets_are_eliminated_next_to_flat() {
+    for name in ["miura", "yoshimura"] {
+        let compiled = compile(&workspace().join("tests/near_flat").join(format!("{name}.yaml")));
+        let system = Interpreter::new(&compiled.program);
+        let (mut workspace, mut found) = (system.workspace(), system.speeds());
+        let mut eliminated = system.speeds();
+        // Speeds make what divides by a short row uncertain.
+        let suits = |state: &&NearFlatState| {
+            state.distance >= NEAREST * if state.is_at_rest() { 1.0 } else { 10.0 }
+        };
+        for state in states(name).iter().filter(suits) {
+            let (q, u) = (&state.q[..], &state.u[..]);
+            let constraint = acceleration(&system, 0.0, q, u, &mut workspace, &mut found).unwrap();
+            assert_eq!(constraint.is_weak, state.distance < 0.02, "{name}: {:e}", state.distance);
+            system.write_acceleration(0.0, q, u, &mut eliminated).unwrap();
+            assert_eq!(found, eliminated, "{name}: {:e}", state.distance);
+            let error = relative_error(&found, &state.acceleration);
+            assert!(error <= 1e-13, "{name} at {:e} rad: {error:e}", state.distance);
+        }
+    }
+}
+
 #[test]
 fn reactions_balance_the_weight_at_rest() {
     let compiled = example("fourbar");

@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use lamc::program::{Engine as _, FunctionKind, Interface, Program, Slot};
-use lamc_runtime::constants::SAFE_CONDITIONING;
+use lamc_runtime::constants::{SAFE_CONDITIONING, WEAK_SHARE};
 use lamc_runtime::plumbing::{Margin, ProjectionMut};
 use lamc_runtime::{Error, JacobianMut, Mechanism as _};
 
@@ -211,6 +211,8 @@ impl Differentiated {
 fn holds(t: f64, margin: Result<Option<Margin<f64>>, Error>) -> Result<bool, Undifferentiable> {
     let margin = margin.map_err(|error| Undifferentiable::Motion { t, error })?;
     Ok(margin.is_some_and(|margin| {
-        margin.inverse_pivot > 0.0 && margin.conditioning > SAFE_CONDITIONING.of::<f64>()
+        margin.inverse_pivot > 0.0
+            && margin.conditioning > SAFE_CONDITIONING.of::<f64>()
+            && margin.pivot > WEAK_SHARE
     }))
 }

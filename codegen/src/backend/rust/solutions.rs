@@ -20,13 +20,13 @@ pub fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) ->
                 out: ::lamc_runtime::JacobianMut<'_, #scalar>,
             ) -> #margin {
                 use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                let margin = &mut [#zero; 2];
+                let margin = &mut [#zero; 3];
                 self.#jacobian(
                     t, exactly(q)?, exactly(u)?, exactly_mut(out.acceleration)?,
                     exactly_mut(out.dq)?, exactly_mut(out.du)?, exactly_mut(out.dt)?, margin,
                 );
-                let [inverse_pivot, conditioning] = *margin;
-                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
+                let [inverse_pivot, conditioning, pivot] = *margin;
+                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning, pivot }))
             }
         });
     }
@@ -38,12 +38,12 @@ pub fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) ->
                 acceleration: &mut [#scalar], dp: &mut [#scalar],
             ) -> #margin {
                 use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                let margin = &mut [#zero; 2];
+                let margin = &mut [#zero; 3];
                 self.#jacobian(
                     t, exactly(q)?, exactly(u)?, exactly_mut(acceleration)?, exactly_mut(dp)?, margin,
                 );
-                let [inverse_pivot, conditioning] = *margin;
-                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
+                let [inverse_pivot, conditioning, pivot] = *margin;
+                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning, pivot }))
             }
         });
     }
@@ -73,10 +73,10 @@ pub fn writers(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> T
                 &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
             ) -> #margin {
                 use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                let margin = &mut [#zero; 2];
+                let margin = &mut [#zero; 3];
                 self.#acceleration(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
-                let [inverse_pivot, conditioning] = *margin;
-                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
+                let [inverse_pivot, conditioning, pivot] = *margin;
+                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning, pivot }))
             }
         });
     }
@@ -87,13 +87,13 @@ pub fn writers(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> T
                 out: ::lamc_runtime::plumbing::ProjectionMut<'_, #scalar>,
             ) -> #margin {
                 use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-                let margin = &mut [#zero; 2];
+                let margin = &mut [#zero; 3];
                 self.#projection(
                     exactly(q)?, exactly(u)?, exactly_mut(out.residual)?,
                     exactly_mut(out.positions)?, exactly_mut(out.speeds)?, margin,
                 );
-                let [inverse_pivot, conditioning] = *margin;
-                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
+                let [inverse_pivot, conditioning, pivot] = *margin;
+                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning, pivot }))
             }
         });
     }

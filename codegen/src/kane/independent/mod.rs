@@ -91,8 +91,9 @@ impl IndependentSpeeds {
         let reduced = inertia.forces(binder, kinematics, &elimination.null_space, loads);
         let y = inertia.factor.solve(binder, reduced, "independent");
         let accelerations = elimination.combined(binder, &given, &y, "acceleration", 1.0);
-        let conditioning = conditioning(binder, closure, elimination);
-        let margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning.clone()];
+        let trust = trust(binder, closure, elimination);
+        let margin = |least: Expr| [least].into_iter().chain(trust.clone()).collect();
+        let of_accelerations = margin(inertia.factor.least_inverse_pivot(binder));
         // The metric of a projection is that of M, also where the loops are open.
         let Metric { products, factor } =
             Metric::new(binder, kinematics, shared, &elimination.null_space);
@@ -104,8 +105,8 @@ impl IndependentSpeeds {
         };
         let positions = correct(&closure.row_residual, "q");
         let speeds = correct(&closure.row_velocity, "u");
-        let projection_margin = vec![factor.least_inverse_pivot(binder), conditioning];
-        Self { accelerations, margin, positions, speeds, projection_margin }
+        let projection_margin = margin(factor.least_inverse_pivot(binder));
+        Self { accelerations, margin: of_accelerations, positions, speeds, projection_margin }
     }
 
     fn with_free_bodies(binder: &mut Binder, phases: &Phases, elimination: &Elimination) -> Self {
@@ -127,8 +128,9 @@ impl IndependentSpeeds {
             let linear = add(&linear, loads.gravity());
             accelerations.splice(first..first + SPEEDS, linear.into_iter().chain(alpha));
         }
-        let conditioning = conditioning(binder, closure, elimination);
-        let margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning.clone()];
+        let trust = trust(binder, closure, elimination);
+        let margin = |least: Expr| [least].into_iter().chain(trust.clone()).collect();
+        let of_accelerations = margin(inertia.factor.least_inverse_pivot(binder));
         let inertia = FreeInertia::new(binder, kinematics, shared, table);
         let mut correct = |wanted: &[Expr], name: &str| {
             let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
@@ -144,8 +146,8 @@ impl IndependentSpeeds {
         };
         let positions = correct(&closure.row_residual, "q");
         let speeds = correct(&closure.row_velocity, "u");
-        let projection_margin = vec![inertia.factor.least_inverse_pivot(binder), conditioning];
-        Self { accelerations, margin, positions, speeds, projection_margin }
+        let projection_margin = margin(inertia.factor.least_inverse_pivot(binder));
+        Self { accelerations, margin: of_accelerations, positions, speeds, projection_margin }
     }
 }
 
@@ -203,25 +205,24 @@ impl Imbalance {
     }
 }
 
-/// Returns by how much the elimination can be trusted: the square of the smallest pivot of the closure over
-/// its loop's length, or less where entries of N are large. Pivots become zero where the mechanism is
-/// singular, as the smallest singular value of J does.
-fn conditioning(binder: &mut Binder, closure: &Closure, elimination: &Elimination) -> Expr {
+/// Returns by how much the elimination can be trusted: what the largest entry of N counts as, and the smallest pivot of the
+/// closure over its loop's length. Pivots become zero where the mechanism is singular, as the smallest singular value of J
+/// does.
+fn trust(binder: &mut Binder, closure: &Closure, elimination: &Elimination) -> [Expr; 2] {
     let topology = binder.topology();
     if topology.loops.is_empty() {
-        return Expr::one();
+        return [Expr::one(), Expr::one()];
     }
-    let sizes = inverse_pivots(binder, closure, elimination);
     let phase = Phase::EliminationMargin;
-    let smallest = folded(binder, phase, Function::Max, "inverse_pivot", sizes);
     let entries = elimination.pivots().flat_map(|(pivot, _)| elimination.speeds_by(pivot.joint));
     let entries = entries.filter(|entry| !entry.is_zero());
     let sizes =
         entries.map(|entry| Expr::apply(Function::Abs, std::slice::from_ref(entry))).collect();
     let largest = folded(binder, phase, Function::Max, "entry", sizes);
-    let largest = &binder.constant(WEIGHT_OF_ENTRY) * &largest;
-    let worst = folded(binder, phase, Function::Max, "worst", vec![smallest, largest]);
-    worst.power(-2)
+    let weighted = &binder.constant(WEIGHT_OF_ENTRY) * &largest;
+    let sizes = inverse_pivots(binder, closure, elimination);
+    let smallest = folded(binder, phase, Function::Max, "inverse_pivot", sizes);
+    [weighted.power(-2), smallest.power(-1)]
 }
 
 /// Returns the magnitudes of the inverse pivots times the lengths of their loops.

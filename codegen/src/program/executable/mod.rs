@@ -189,7 +189,7 @@ impl<E: Engine> Executable<E> {
         if !self.has(kind) {
             return Ok(None);
         }
-        let mut margin = [f64::NAN; 2];
+        let mut margin = [f64::NAN; 3];
         // Without an allocation: this is what a simulation does most.
         let mut places: [&mut [f64]; MOST_OUTPUTS] = Default::default();
         let count = out.len();
@@ -198,8 +198,8 @@ impl<E: Engine> Executable<E> {
         }
         places[count] = &mut margin;
         self.evaluate(kind, at, &mut places[..=count])?;
-        let [inverse_pivot, conditioning] = margin;
-        Ok(Some(Margin { inverse_pivot, conditioning }))
+        let [inverse_pivot, conditioning, pivot] = margin;
+        Ok(Some(Margin { inverse_pivot, conditioning, pivot }))
     }
 
     /// Numbers in rows of K.
