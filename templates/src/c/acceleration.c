@@ -17,26 +17,17 @@ PRIVATE int status_of_mass(const real *mass, int pivot, const real *q, const rea
             return status_not_finite;
     return status_mass_matrix;
 }
-#if RESIDUALS > 0 && (ACCELERATION_IS_DIRECT || PROJECTION_IS_DIRECT || IS_REDUCED)
-
-/* How far an elimination of the closure can be trusted with this smallest pivot, over its loop's length. */
-PRIVATE enum trust trust_of_pivot(real pivot)
-{
-    /* Written so that what is not a number is doubtful. */
-    if (!(pivot > LEAST_PIVOT))
-        return doubtful;
-    return pivot > WEAK_SHARE ? strong : weak;
-}
-#endif
 #if ACCELERATION_IS_DIRECT || PROJECTION_IS_DIRECT
 
 /* How far an elimination in straight-line code can be trusted. */
-PRIVATE enum trust trust_of(const real margin[3])
+PRIVATE enum trust trust_of(const real margin[numbers_of_margin])
 {
 #if RESIDUALS > 0
-    return margin[0] > 0 && margin[1] > SAFE_CONDITIONING ? trust_of_pivot(margin[2]) : doubtful;
+    return margin[inverse_pivot_of_mass] > 0 && margin[closure_conditioning] > SAFE_CONDITIONING
+        ? trust_of_pivot(margin[closure_pivot])
+        : doubtful;
 #else
-    return margin[0] > 0 ? strong : doubtful;
+    return margin[inverse_pivot_of_mass] > 0 ? strong : doubtful;
 #endif
 }
 #endif
@@ -129,9 +120,9 @@ static int accelerate_generally(real t, const real *q, const real *u, const para
 static enum trust accelerate_directly(real t, const real *q, const real *u, const parameters *p,
     const inputs *in, real *acceleration, real *pivot)
 {
-    real margin[3];
+    real margin[numbers_of_margin];
     acceleration_of(t, q, u, p, in, acceleration, margin);
-    *pivot = margin[2];
+    *pivot = margin[closure_pivot];
     return all_finite(acceleration, SPEEDS) ? trust_of(margin) : doubtful;
 }
 #endif

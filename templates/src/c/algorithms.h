@@ -72,6 +72,7 @@ PRIVATE real gap_at(const real *q, const parameters *p);
 PRIVATE real cut_of(real gap);
 PRIVATE real uncertainty(real gap, real singular_value);
 PRIVATE int shows(real gap, real singular_value);
+PRIVATE enum trust trust_of_pivot(real pivot);
 PRIVATE int is_closed(real gap);
 PRIVATE int is_below(const struct kept *kept, real share, real gap);
 PRIVATE real closed_to_rounding(void);
@@ -107,8 +108,7 @@ PRIVATE enum trust correct_reduced(struct reduction *reduction, int is_known, re
 #endif
 
 /* acceleration.c */
-PRIVATE enum trust trust_of(const real margin[3]);
-PRIVATE enum trust trust_of_pivot(real pivot);
+PRIVATE enum trust trust_of(const real margin[numbers_of_margin]);
 PRIVATE int status_of_mass(const real *mass, int pivot, const real *q, const real *u);
 PRIVATE int accelerate(real t, const real *q, const real *u, const parameters *p, const inputs *in,
     real *acceleration, int *open, real *multipliers);

@@ -103,7 +103,7 @@ static int move_directly(real t, real *q, real *u, real enough, const parameters
     struct reduction reduction;
     int is_known = 0;
 #else
-    real margin[3];
+    real margin[numbers_of_margin];
     (void)t, (void)in;
 #endif
     copy(previous, q, COORDINATES);
@@ -117,7 +117,7 @@ static int move_directly(real t, real *q, real *u, real enough, const parameters
 #else
         projection_of(q, u, p, residual, positions, speeds, margin);
         trust = trust_of(margin);
-        pivot = margin[2];
+        pivot = margin[closure_pivot];
 #endif
         largest = largest_magnitude(residual, RESIDUALS);
         if (trust == doubtful || (trust == weak && !shows(gap_of(largest), pivot)))

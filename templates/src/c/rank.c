@@ -55,11 +55,23 @@ PRIVATE real uncertainty(real gap, real singular_value)
     return gap / (singular_value * singular_value);
 }
 
+#if ACCELERATION_IS_DIRECT || PROJECTION_IS_DIRECT || IS_REDUCED
+
 /* Whether Newton's method finds its way along a direction of this singular value. */
 PRIVATE int shows(real gap, real singular_value)
 {
     return uncertainty(gap, singular_value) < KANTOROVICH_BOUND;
 }
+
+/* How far an elimination of the closure can be trusted with this smallest pivot, over its loop's length. */
+PRIVATE enum trust trust_of_pivot(real pivot)
+{
+    /* Written so that what is not a number is doubtful. */
+    if (!(pivot > LEAST_PIVOT))
+        return doubtful;
+    return pivot > WEAK_SHARE ? strong : weak;
+}
+#endif
 
 /* Whether the loops are closed to rounding. */
 PRIVATE int is_closed(real gap)

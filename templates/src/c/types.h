@@ -12,6 +12,10 @@ struct kept {
 };
 #endif
 
+/* How far a solution in straight-line code can be trusted: the least inverse pivot of M, the conditioning of the closure, and its
+ * smallest pivot over the length of its loop. */
+enum { inverse_pivot_of_mass, closure_conditioning, closure_pivot, numbers_of_margin };
+
 /* How far the results of an elimination can be trusted: not at all; next to a singular state, as far as the loops are closed;
  * as far as rounding allows. */
 enum trust { doubtful, weak, strong };

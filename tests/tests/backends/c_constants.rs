@@ -40,7 +40,7 @@ const OTHERS: [(&str, &[&str]); 10] = [
 ];
 
 /// The files of the runtime that C repeats, where every number that decides must come from the table.
-const REPEATED: [&str; 17] = [
+const REPEATED: [&str; 18] = [
     "acceleration.rs",
     "assembly/mod.rs",
     "assembly/steps.rs",
@@ -58,6 +58,7 @@ const REPEATED: [&str; 17] = [
     "rank.rs",
     "reduction/inertia.rs",
     "reduction/mod.rs",
+    "trust.rs",
 ];
 
 fn sixbar() -> Compiled {
