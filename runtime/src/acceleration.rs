@@ -34,8 +34,8 @@ use crate::{Arithmetic, Error, Mechanism, Scalar, reduction};
 pub struct Constraint {
     /// Independent rows among the C of the acceleration and the D driven joints.
     pub rank: usize,
-    /// Whether a direction of the closure has faded to less than a hundredth of the strongest, as
-    /// it does within about 0.1 rad of the flat state. There the acceleration is only as accurate
+    /// Whether a direction of the closure has faded to less than a hundredth of the strongest, or its pivot to less
+    /// than a hundredth of the loop's length, as it does within about 0.1 rad of the flat state. There the acceleration is only as accurate
     /// as the closure of the loops, so [project](crate::project()) the state first.
     pub is_weak: bool,
     /// Whether the loops are closed to rounding; not computed if no direction is weak.

@@ -53,11 +53,7 @@ pub fn balance(function: Function) -> Function {
         terms.push(own);
         map.push(value);
     }
-    let mut outputs = function.outputs;
-    for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
-        *entry = map[entry.index()];
-    }
-    Function { kind: function.kind, instructions: balancing.instructions, outputs }
+    Function::renumbered(function.kind, balancing.instructions, function.outputs, &map)
 }
 
 struct Balancing {

@@ -72,11 +72,7 @@ impl Drawing {
             signing.map.push(value);
         }
         let Signing { instructions, map, .. } = signing;
-        let mut outputs = function.outputs;
-        for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
-            *entry = map[entry.index()];
-        }
-        dead::dead(Function { kind: function.kind, instructions, outputs })
+        dead::dead(Function::renumbered(function.kind, instructions, function.outputs, &map))
     }
 
     /// Returns the place of the opposite of the number at a place.

@@ -26,11 +26,7 @@ pub fn fold(function: Function) -> Function {
         }
         map.push(value);
     }
-    let mut outputs = function.outputs;
-    for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
-        *entry = map[entry.index()];
-    }
-    Function { kind: function.kind, instructions: folding.instructions, outputs }
+    Function::renumbered(function.kind, folding.instructions, function.outputs, &map)
 }
 
 /// A function in the making, whose operations are folded as they come.

@@ -39,11 +39,7 @@ pub fn merge(function: Function) -> Function {
         merging.map.push(value);
     }
     let Merging { map, instructions, .. } = merging;
-    let mut outputs = function.outputs;
-    for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
-        *entry = map[entry.index()];
-    }
-    Function { kind: function.kind, instructions, outputs }
+    Function::renumbered(function.kind, instructions, function.outputs, &map)
 }
 
 /// How often each value is used.

@@ -26,11 +26,7 @@ pub fn number(function: Function) -> Function {
         }
         map.push(value);
     }
-    let mut outputs = function.outputs;
-    for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
-        *entry = map[entry.index()];
-    }
-    Function { kind: function.kind, instructions, outputs }
+    Function::renumbered(function.kind, instructions, function.outputs, &map)
 }
 
 /// An operation with its constant as bits, or the place from which it loads, so that it can be looked up.

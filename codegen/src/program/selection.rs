@@ -1,6 +1,6 @@
 //! Which functions of a mechanism a backend writes.
 
-use super::ir::{Function, Interface, Op, Program, Slot, Value};
+use super::ir::{Function, Instruction, Interface, Op, Output, Program, Slot, Value};
 use super::signature::{FunctionKind, Role};
 
 /// Every function at once, among the names of functions.
@@ -178,6 +178,19 @@ impl Program {
 }
 
 impl Function {
+    /// A function whose values have new places among these instructions, by their places among the old.
+    pub fn renumbered(
+        kind: FunctionKind,
+        instructions: Vec<Instruction>,
+        mut outputs: Vec<Output>,
+        places: &[Value],
+    ) -> Self {
+        for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
+            *entry = places[entry.index()];
+        }
+        Self { kind, instructions, outputs }
+    }
+
     /// Leaves out instructions on which no output depends.
     pub fn forget_unused(&mut self) {
         let mut is_used = vec![false; self.instructions.len()];
@@ -199,9 +212,7 @@ impl Function {
                 kept.push(instruction);
             }
         }
-        self.instructions = kept;
-        let entries = self.outputs.iter_mut().flat_map(|output| &mut output.entries);
-        entries.for_each(|entry| *entry = places[entry.index()]);
+        *self = Self::renumbered(self.kind, kept, std::mem::take(&mut self.outputs), &places);
     }
 }
 

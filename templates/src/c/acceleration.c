@@ -128,8 +128,9 @@ static enum trust accelerate_directly(real t, const real *q, const real *u, cons
 #endif
 #if ACCELERATION_IS_DIRECT || IS_REDUCED
 
-/* Whether an elimination serves. Next to a singular state a row that fades is known as a direction to within the gap divided by
- * the square of the pivot; what is divided by the row, to within that times the square of the speeds, divided by the pivot. */
+/* Whether an elimination serves. Next to a singular state a row that fades is known as a direction to within the gap
+ * divided by the square of the pivot; what is divided by the row, to within that times the square of the speeds, divided
+ * by the pivot. The same as `trusted` in runtime/src/trust.rs. */
 static int is_certain(enum trust trust, real pivot, const real *q, const real *u, const parameters *p,
     const real *acceleration, int *open)
 {
@@ -153,9 +154,9 @@ static int is_certain(enum trust trust, real pivot, const real *q, const real *u
 }
 #endif
 
-/* du/dt. In a motion, `open` tells where loops should be closed to rounding first; else it is null. It is set before if they may
- * be open, and then the result may be worth nothing where they are. `multipliers` are of the closure rows and then of the driven joints, or null. Where it fails,
- * `acceleration` stays as it is. */
+/* du/dt. In a motion, `open` tells where loops should be closed to rounding first; else it is null. It is set before if
+ * they may be open, and then the result may be worth nothing where they are. `multipliers` are of the closure rows and
+ * then of the driven joints, or null. Where it fails, `acceleration` stays as it is. */
 PRIVATE int accelerate(real t, const real *q, const real *u, const parameters *p, const inputs *in,
     real *acceleration, int *open, real *multipliers)
 {
