@@ -23,7 +23,7 @@ use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
 use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut};
 use crate::rank::{Fading, Gap};
-use crate::trust::{direct, trusted};
+use crate::trust::{Trust, direct, trusted};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar, reduction};
 
@@ -158,10 +158,22 @@ pub(crate) fn acceleration_and_torques<Y: Mechanism>(
     }
 }
 
-/// du/dt at (t, q, u) with a workspace of its own. Most states need none: it stays out of the caller's frame, of which
-/// every page is touched at every call.
+/// du/dt at (t, q, u) for callers without a workspace, which most states do not need.
+#[inline]
+pub(crate) fn without_workspace<Y: Mechanism>(
+    system: &Y,
+    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    out: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    match direct(system, state, out)? {
+        Trust::Strong => Ok(()),
+        Trust::Weak(_) | Trust::Doubtful => with_workspace(system, state, out),
+    }
+}
+
+/// As [`acceleration`]. The workspace stays out of the caller's frame, of which every page is touched at every call.
 #[inline(never)]
-pub(crate) fn with_workspace<Y: Mechanism>(
+fn with_workspace<Y: Mechanism>(
     system: &Y,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     out: &mut [Y::Scalar],

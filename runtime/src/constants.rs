@@ -132,8 +132,8 @@ constants! {
     /// Pivot of the closure below which a reduction to independent speeds is not trusted, over its loop's length.
     ///
     /// Rows fade together with their pivots, so that elimination loses no digits. But closed loops leave the direction of a
-    /// row uncertain by rounding divided by the square of the pivot.
-    LEAST_PIVOT: Tolerance = Tolerance::new(1e-6, 9e5);
+    /// row uncertain by rounding divided by the square of its singular value, of which a pivot may be some twenty times.
+    LEAST_PIVOT: Tolerance = Tolerance::new(1e-5, 9e5);
 
     /// Share of an acceleration that rounding of the state may make where its own rows count.
     ///

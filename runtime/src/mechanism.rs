@@ -5,13 +5,12 @@
 //! J(q) du/dt = -gamma(q, u)                        closure, differentiated twice
 //! ```
 
-use crate::acceleration::with_workspace;
+use crate::acceleration::without_workspace;
 use crate::assembly::assemble_pinned;
 use crate::plumbing::{
     Balance, Change, Dimensions, Drive, EquationsMut, GapsMut, JacobianMut, Margin, ProjectionMut,
     Reduction,
 };
-use crate::trust::{Trust, direct};
 use crate::{Energy, Equilibrium, Error, Momentum, Rk4, Scalar, StateOf, equilibrium, project};
 
 /// A mechanism: its sizes, its equations, and everything that the algorithms of this crate make of them.
@@ -373,9 +372,7 @@ pub trait Mechanism: Sized {
     ) -> Result<Self::Speeds, Error> {
         let mut speeds = self.speeds();
         let (q, u, out) = (q.as_ref(), u.as_ref(), speeds.as_mut());
-        if direct(self, (t, q, u), out)? != Trust::Strong {
-            with_workspace(self, (t, q, u), out)?;
-        }
+        without_workspace(self, (t, q, u), out)?;
         Ok(speeds)
     }
 

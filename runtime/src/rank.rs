@@ -117,8 +117,12 @@ impl<S: Scalar> Gap<S> {
         let residual = split(&mut workspace, 9 * loops)?;
         let jacobian = split(&mut workspace, 9 * loops * n)?;
         system.write_closure(q, residual, jacobian)?;
-        let most = LARGEST_GAP.of::<S>() * system.size();
-        Ok(Self::of(system, max_abs(residual).min(most)))
+        Ok(Self::of_state(system, max_abs(residual)))
+    }
+
+    /// As [`at`](Self::at), from the largest residual, m.
+    pub fn of_state<Y: Mechanism<Scalar = S>>(system: &Y, residual: S) -> Self {
+        Self::of(system, residual.min(LARGEST_GAP.of::<S>() * system.size()))
     }
 
     /// Singular values up to this share of the largest are dropped.

@@ -110,7 +110,7 @@ fn beside<Y: Mechanism>(
         let (positions, speeds) = (split(&mut rest, n)?, split(&mut rest, n)?);
         let out = ProjectionMut { residual, positions, speeds };
         if system.write_projection(q, u, out)?.is_some() {
-            return Ok(Gap::of(system, max_abs(split(&mut workspace, 9 * loops)?)));
+            return Ok(Gap::of_state(system, max_abs(split(&mut workspace, 9 * loops)?)));
         }
     }
     Gap::at(system, q, workspace)
