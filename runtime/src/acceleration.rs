@@ -95,18 +95,17 @@ pub fn acceleration_in_motion<Y: Mechanism>(
     solve(system, (t, q, u), || Fading::of_rounding().passing, false, workspace, out, None)
 }
 
-/// As [`acceleration_in_motion`], of a stage of an integrator. Where [`Constraint::is_weak`] is set but not
-/// [`Constraint::is_closed`], the result may be worth nothing: the loops have to be closed first.
+/// As [`acceleration_in_motion`], of a stage of an integrator. If the caller `closes` loops where [`Constraint::is_weak`] is set
+/// but not [`Constraint::is_closed`], the result there may be worth nothing.
 #[inline]
 pub(crate) fn acceleration_of_stage<Y: Mechanism>(
     system: &Y,
-    t: Y::Scalar,
-    q: &[Y::Scalar],
-    u: &[Y::Scalar],
+    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    closes: bool,
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    solve(system, (t, q, u), || Fading::of_rounding().passing, true, workspace, out, None)
+    solve(system, state, || Fading::of_rounding().passing, closes, workspace, out, None)
 }
 
 /// As [`acceleration`], and the constraint forces, C + D: the closure forces lambda (N), of which

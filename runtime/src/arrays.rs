@@ -149,7 +149,7 @@ pub fn jacobian_params<M: Mechanism, const NU: usize, const P: usize, const I: u
         let (acceleration, dp) = (&mut found.acceleration, found.dp.as_flattened_mut());
         let margin = mechanism.write_jacobian_params(t, q, u, acceleration, dp)?;
         let is_finite = not_finite(&[&found.acceleration, found.dp.as_flattened()]).is_none();
-        if Trust::of(margin) == Trust::Strong && is_finite {
+        if Trust::of(mechanism.dimensions(), margin) == Trust::Strong && is_finite {
             return Ok(found);
         }
     }

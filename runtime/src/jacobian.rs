@@ -91,7 +91,7 @@ pub(crate) fn differentiate<Y: Mechanism>(
         let JacobianMut { acceleration, dq, du, dt } = &mut out;
         let slices = JacobianMut { acceleration, dq, du, dt };
         let margin = system.write_jacobian(t, q, u, slices)?;
-        if Trust::of(margin) == Trust::Strong
+        if Trust::of(system.dimensions(), margin) == Trust::Strong
             && not_finite(&[out.acceleration, out.dq, out.du, out.dt]).is_none()
         {
             return Ok(Differentiated::Given);

@@ -17,6 +17,14 @@ pub(crate) fn safe<S: Arithmetic>() -> S {
     SAFE_CONDITIONING.of()
 }
 
+/// Whether the compiler reduces such mechanisms to independent speeds: those of several loops, and those with loops and free
+/// bodies. Others must not have any of the code for what is next to a singular state.
+#[inline(always)]
+pub(crate) const fn may_be_reduced(dimensions: Dimensions) -> bool {
+    let Dimensions { loops, coordinates, speeds, .. } = dimensions;
+    loops > 1 || loops == 1 && coordinates > speeds
+}
+
 /// How far the results of an elimination can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Trust<S> {
@@ -31,12 +39,13 @@ pub(crate) enum Trust<S> {
 impl<S: Scalar> Trust<S> {
     /// Of a straight-line elimination.
     #[inline]
-    pub fn of(margin: Option<Margin<S>>) -> Self {
+    pub fn of(dimensions: Dimensions, margin: Option<Margin<S>>) -> Self {
         let Some(Margin { inverse_pivot, conditioning, pivot }) = margin else {
             return Self::Doubtful;
         };
         match (inverse_pivot > S::ZERO) & (conditioning > safe()) {
-            true => Self::of_pivot(pivot),
+            true if may_be_reduced(dimensions) => Self::of_pivot(pivot),
+            true => Self::Strong,
             false => Self::Doubtful,
         }
     }
@@ -62,10 +71,11 @@ pub(crate) fn direct<Y: Mechanism>(
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     out: &mut [Y::Scalar],
 ) -> Result<Trust<Y::Scalar>, Error> {
-    if system.dimensions().drives != 0 {
+    let dimensions = system.dimensions();
+    if dimensions.drives != 0 {
         return Ok(Trust::Doubtful);
     }
-    let trust = Trust::of(system.write_acceleration(t, q, u, out)?);
+    let trust = Trust::of(dimensions, system.write_acceleration(t, q, u, out)?);
     let is_finite = trust != Trust::Doubtful && out.iter().all(|x| x.is_finite());
     Ok(if is_finite { trust } else { Trust::Doubtful })
 }
@@ -82,9 +92,8 @@ pub(crate) fn trusted<Y: Mechanism>(
     out: &[Y::Scalar],
 ) -> Result<Option<Constraint>, Error> {
     match trust {
-        Trust::Doubtful => Ok(None),
         Trust::Strong => Ok(Some(Constraint::strong(rank))),
-        Trust::Weak(pivot) => {
+        Trust::Weak(pivot) if may_be_reduced(system.dimensions()) => {
             let gap = beside(system, (q, u), workspace)?;
             let is_closed = gap.is_closed();
             let noise = gap.uncertainty(pivot) * dot(u, u);
@@ -92,6 +101,7 @@ pub(crate) fn trusted<Y: Mechanism>(
             let is_certain = gap.shows(pivot) && (noise <= allowed || may_be_open && !is_closed);
             Ok(is_certain.then_some(Constraint { rank, is_weak: true, is_closed }))
         }
+        Trust::Weak(_) | Trust::Doubtful => Ok(None),
     }
 }
 

@@ -77,19 +77,19 @@ impl Stabilisation {
         out: &mut Y::Speeds,
     ) -> Result<(), Error> {
         let (workspace, out) = (workspace.as_mut(), out.as_mut());
-        if self == Self::Projection {
-            let found = acceleration_of_stage(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
-            return match found.is_weak && !found.is_closed {
-                true => accelerate_beside(system, (t, q, u), workspace, out),
-                false => Ok(()),
-            };
+        let closes = self == Self::Projection;
+        let at = (t, q.as_ref(), u.as_ref());
+        let found = acceleration_of_stage(system, at, closes, workspace, out)?;
+        match self {
+            Self::Projection if found.is_weak && !found.is_closed => {
+                accelerate_beside(system, (t, q, u), workspace, out)
+            }
+            Self::Baumgarte if step != Y::Scalar::ZERO => {
+                let gain = Y::Scalar::from_f64(0.5) / step;
+                restore(system, t, q.as_ref(), u.as_ref(), gain, workspace, out)
+            }
+            _ => Ok(()),
         }
-        acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
-        if self == Self::Baumgarte && step != Y::Scalar::ZERO {
-            let gain = Y::Scalar::from_f64(0.5) / step;
-            return restore(system, t, q.as_ref(), u.as_ref(), gain, workspace, out);
-        }
-        Ok(())
     }
 }
 

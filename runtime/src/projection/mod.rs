@@ -23,7 +23,7 @@ use crate::linear::{add_scaled, copy, max_abs, max_abs_of_many};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
 use crate::reduction::{Correction, suitable};
-use crate::trust::Trust;
+use crate::trust::{Trust, may_be_reduced};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
@@ -159,7 +159,8 @@ fn directly<Y: Mechanism>(
     enough: Y::Scalar,
     mut workspace: &mut [Y::Scalar],
 ) -> Result<Option<Projected<Y::Scalar>>, Error> {
-    let Dimensions { coordinates, speeds: n, rank, loops, drives, .. } = system.dimensions();
+    let dimensions = system.dimensions();
+    let Dimensions { coordinates, speeds: n, rank, loops, drives, .. } = dimensions;
     if drives != 0 && system.reduction().is_none() {
         return Ok(None);
     }
@@ -183,7 +184,7 @@ fn directly<Y: Mechanism>(
         }
         None => {
             let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, _: bool| {
-                Ok(Trust::of(system.write_projection(q, u, out)?))
+                Ok(Trust::of(dimensions, system.write_projection(q, u, out)?))
             };
             (repeat(system, q, u, enough, room, write)?, rank)
         }
@@ -228,7 +229,11 @@ fn repeat<Y: Mechanism>(
         let size = max_abs_of_many(residual);
         let enough = match trust {
             Trust::Strong => enough,
-            Trust::Weak(pivot) if Gap::of(system, size).shows(pivot) => closed_to_rounding(system),
+            Trust::Weak(pivot)
+                if may_be_reduced(system.dimensions()) && Gap::of(system, size).shows(pivot) =>
+            {
+                closed_to_rounding(system)
+            }
             _ => break,
         };
         // Written so that NaN is no progress.

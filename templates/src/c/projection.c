@@ -93,9 +93,9 @@ static int status_of_residual(const struct constraints *constraints)
 
 /* By elimination in straight-line code or by independent speeds, where that holds and closes the loops; otherwise q and
  * u stay as they are, and the result is 0. In a rounded drawing, rows that follow from others may remain open a little
- * when the others are closed: where the correction of q is less than `enough`. Next to a singular state, loops are closed to
+ * when the others are closed: where the correction of q is less than `wanted`. Next to a singular state, loops are closed to
  * rounding, or as far as steps help. */
-static int move_directly(real t, real *q, real *u, real enough, const parameters *p, const inputs *in)
+static int move_directly(real t, real *q, real *u, real wanted, const parameters *p, const inputs *in)
 {
     real residual[RESIDUALS], positions[SPEEDS], speeds[SPEEDS];
     real previous[COORDINATES], before = 0;
@@ -108,9 +108,9 @@ static int move_directly(real t, real *q, real *u, real enough, const parameters
 #endif
     copy(previous, q, COORDINATES);
     for (int i = 0; i < PROJECTION_STEPS; i++) {
-        real largest, pivot;
+        real largest, pivot, enough;
         enum trust trust;
-        int is_last;
+        int is_trusted, is_last;
 #if IS_REDUCED
         trust = correct_reduced(&reduction, is_known, t, q, u, p, in, residual, positions, speeds);
         pivot = 1 / reduction.largest[0];
@@ -120,19 +120,18 @@ static int move_directly(real t, real *q, real *u, real enough, const parameters
         pivot = margin[closure_pivot];
 #endif
         largest = largest_magnitude(residual, RESIDUALS);
-        if (trust == doubtful || (trust == weak && !shows(gap_of(largest), pivot)))
-            break;
-        if (trust == weak)
-            enough = closed_to_rounding();
+        is_trusted = trust == strong || (trust == weak && shows(gap_of(largest), pivot));
+        enough = trust == weak ? closed_to_rounding() : wanted;
         is_last = !(i == 0 || largest + largest < before);
-        if (largest <= enough
-            || (largest <= ACCEPTABLE * MECHANISM_SIZE
-                && MECHANISM_SIZE * largest_magnitude(positions, SPEEDS) <= enough)
-            || (is_last && largest <= closed())) {
+        if (is_trusted
+            && (largest <= enough
+                || (largest <= ACCEPTABLE * MECHANISM_SIZE
+                    && MECHANISM_SIZE * largest_magnitude(positions, SPEEDS) <= enough)
+                || (is_last && largest <= closed()))) {
             add_scaled(u, -1, speeds, SPEEDS);
             return 1;
         }
-        if (is_last)
+        if (!is_trusted || is_last)
             break;
         before = largest;
 #if IS_REDUCED
