@@ -137,7 +137,8 @@ static int is_certain(enum trust trust, real pivot, const real *q, const real *u
     int may_be_open = open && *open;
     if (open)
         *open = 0;
-#if RESIDUALS > 0
+    /* As for `close_stage`. */
+#if LOOPS > 1 || (LOOPS > 0 && COORDINATES > SPEEDS)
     if (trust == weak) {
         const real gap = gap_at(q, p);
         const real noise = uncertainty(gap, pivot) * dot(u, u, SPEEDS);

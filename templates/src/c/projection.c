@@ -237,7 +237,7 @@ PRIVATE int close_stage(real t, real *q, real *u, const parameters *p, const inp
     real largest;
     int status;
     /* Other mechanisms are not reduced to independent speeds, and save the room on the stack. */
-#if (PROJECTION_IS_DIRECT || IS_REDUCED) && (LOOPS > 1 || COORDINATES > SPEEDS)
+#if (PROJECTION_IS_DIRECT || IS_REDUCED) && (LOOPS > 1 || (LOOPS > 0 && COORDINATES > SPEEDS))
     if (move_directly(t, q, u, closed_to_rounding(), p, in))
         return status_ok;
 #endif
