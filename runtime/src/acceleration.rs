@@ -97,7 +97,7 @@ pub fn acceleration_in_motion<Y: Mechanism>(
 
 /// As [`acceleration_in_motion`], of a stage of an integrator. If the caller `closes` loops where [`Constraint::is_weak`] is set
 /// but not [`Constraint::is_closed`], the result there may be worth nothing.
-#[inline]
+#[inline(never)]
 pub(crate) fn acceleration_of_stage<Y: Mechanism>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
@@ -195,17 +195,30 @@ fn solve<Y: Mechanism>(
 ) -> Result<Constraint, Error> {
     let (_, q, u) = state;
     let dimensions = check(system, workspace, &[q.len()], &[u.len(), out.len()])?;
-    if lambda.is_none() {
-        let found = (direct(system, state, out)?, dimensions.rank);
-        if let Some(constraint) = trusted(system, found, (q, u), may_be_open, workspace, out)? {
-            return Ok(constraint);
-        }
-        let found = reduction::accelerate(system, state, workspace, out, None)?;
-        if let Some(constraint) = trusted(system, found, (q, u), may_be_open, workspace, out)? {
-            return Ok(constraint);
-        }
+    if lambda.is_none()
+        && let Some(constraint) = by_elimination(system, state, may_be_open, workspace, out)?
+    {
+        return Ok(constraint);
     }
     decide(system, dimensions, state, zone(), workspace, out, lambda)
+}
+
+/// du/dt by the eliminations that the system has, the cheaper first; nothing where none can be trusted. Its frame is not to lie
+/// beside that of [`decide`].
+fn by_elimination<Y: Mechanism>(
+    system: &Y,
+    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    may_be_open: bool,
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<Option<Constraint>, Error> {
+    let (_, q, u) = state;
+    let found = (direct(system, state, out)?, system.dimensions().rank);
+    if let Some(constraint) = trusted(system, found, (q, u), may_be_open, workspace, out)? {
+        return Ok(Some(constraint));
+    }
+    let found = reduction::accelerate(system, state, workspace, out, None)?;
+    trusted(system, found, (q, u), may_be_open, workspace, out)
 }
 
 /// With a decision on the rank. Much code, seldom needed: not to be inlined.

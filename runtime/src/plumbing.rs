@@ -66,6 +66,19 @@ impl Dimensions {
             reduction: ReductionSizes::NONE,
         }
     }
+
+    /// See [`may_be_reduced`].
+    #[inline(always)]
+    pub(crate) const fn may_be_reduced(self) -> bool {
+        may_be_reduced(self.loops, self.coordinates > self.speeds)
+    }
+}
+
+/// Whether the compiler reduces mechanisms with these loops, and with or without free bodies, to independent speeds while their
+/// loops are closed. The modules of others have no code for states next to singular ones.
+#[inline(always)]
+pub const fn may_be_reduced(loops: usize, has_free_bodies: bool) -> bool {
+    loops > 1 || loops == 1 && has_free_bodies
 }
 
 /// Where [`write_equations`](crate::Mechanism::write_equations) writes. Matrices are row-major.

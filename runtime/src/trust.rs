@@ -17,14 +17,6 @@ pub(crate) fn safe<S: Arithmetic>() -> S {
     SAFE_CONDITIONING.of()
 }
 
-/// Whether the compiler reduces such mechanisms to independent speeds: those of several loops, and those with loops and free
-/// bodies. Others must not have any of the code for what is next to a singular state.
-#[inline(always)]
-pub(crate) const fn may_be_reduced(dimensions: Dimensions) -> bool {
-    let Dimensions { loops, coordinates, speeds, .. } = dimensions;
-    loops > 1 || loops == 1 && coordinates > speeds
-}
-
 /// How far the results of an elimination can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Trust<S> {
@@ -44,7 +36,7 @@ impl<S: Scalar> Trust<S> {
             return Self::Doubtful;
         };
         match (inverse_pivot > S::ZERO) & (conditioning > safe()) {
-            true if may_be_reduced(dimensions) => Self::of_pivot(pivot),
+            true if dimensions.may_be_reduced() => Self::of_pivot(pivot),
             true => Self::Strong,
             false => Self::Doubtful,
         }
@@ -93,7 +85,7 @@ pub(crate) fn trusted<Y: Mechanism>(
 ) -> Result<Option<Constraint>, Error> {
     match trust {
         Trust::Strong => Ok(Some(Constraint::strong(rank))),
-        Trust::Weak(pivot) if may_be_reduced(system.dimensions()) => {
+        Trust::Weak(pivot) if system.dimensions().may_be_reduced() => {
             let gap = beside(system, (q, u), workspace)?;
             let is_closed = gap.is_closed();
             let noise = gap.uncertainty(pivot) * dot(u, u);

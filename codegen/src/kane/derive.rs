@@ -3,6 +3,8 @@
 //! A phase is a type whose constructor takes the phases that it needs, so the compiler checks the
 //! order.
 
+use lamc_runtime::plumbing::may_be_reduced;
+
 use super::articulated::ArticulatedBodies;
 use super::binder::{Binder, Label};
 use super::closure::Closure;
@@ -183,7 +185,7 @@ fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option
         let elimination = independent::Elimination::new(binder, phases.closure, &reduction);
         return (Some(solved(binder, phases, &reduction, elimination)), None);
     }
-    let suits = has_free || topology.loops.len() > 1;
+    let suits = may_be_reduced(topology.loops.len(), has_free);
     let Some(reduction) = topology.reduction.as_ref().filter(|_| suits) else {
         return (None, None);
     };

@@ -23,7 +23,7 @@ use crate::linear::{add_scaled, copy, max_abs, max_abs_of_many};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
 use crate::reduction::{Correction, suitable};
-use crate::trust::{Trust, may_be_reduced};
+use crate::trust::Trust;
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
@@ -230,7 +230,7 @@ fn repeat<Y: Mechanism>(
         let enough = match trust {
             Trust::Strong => enough,
             Trust::Weak(pivot)
-                if may_be_reduced(system.dimensions()) && Gap::of(system, size).shows(pivot) =>
+                if system.dimensions().may_be_reduced() && Gap::of(system, size).shows(pivot) =>
             {
                 closed_to_rounding(system)
             }

@@ -23,11 +23,16 @@ PRIVATE int status_of_mass(const real *mass, int pivot, const real *q, const rea
 PRIVATE enum trust trust_of(const real margin[numbers_of_margin])
 {
 #if RESIDUALS > 0
-    return margin[inverse_pivot_of_mass] > 0 && margin[closure_conditioning] > SAFE_CONDITIONING
-        ? trust_of_pivot(margin[closure_pivot])
-        : doubtful;
+    if (!(margin[inverse_pivot_of_mass] > 0 && margin[closure_conditioning] > SAFE_CONDITIONING))
+        return doubtful;
 #else
-    return margin[inverse_pivot_of_mass] > 0 ? strong : doubtful;
+    if (!(margin[inverse_pivot_of_mass] > 0))
+        return doubtful;
+#endif
+#if MAY_BE_REDUCED
+    return trust_of_pivot(margin[closure_pivot]);
+#else
+    return strong;
 #endif
 }
 #endif
@@ -134,11 +139,14 @@ static enum trust accelerate_directly(real t, const real *q, const real *u, cons
 static int is_certain(enum trust trust, real pivot, const real *q, const real *u, const parameters *p,
     const real *acceleration, int *open)
 {
+#if MAY_BE_REDUCED
     int may_be_open = open && *open;
+#else
+    (void)pivot, (void)q, (void)u, (void)p, (void)acceleration;
+#endif
     if (open)
         *open = 0;
-    /* As for `close_stage`. */
-#if LOOPS > 1 || (LOOPS > 0 && COORDINATES > SPEEDS)
+#if MAY_BE_REDUCED
     if (trust == weak) {
         const real gap = gap_at(q, p);
         const real noise = uncertainty(gap, pivot) * dot(u, u, SPEEDS);
@@ -148,10 +156,33 @@ static int is_certain(enum trust trust, real pivot, const real *q, const real *u
             *open = !is_closed(gap);
         return shows(gap, pivot) && (noise <= allowed || may_be_open);
     }
-#else
-    (void)may_be_open, (void)pivot, (void)q, (void)u, (void)p, (void)acceleration;
 #endif
     return trust == strong;
+}
+
+/* By the eliminations that the mechanism has, the cheaper first: 0 where none serves. */
+static int accelerate_by_elimination(real t, const real *q, const real *u, const parameters *p,
+    const inputs *in, real *acceleration, int *open)
+{
+    const int may_be_open = open ? *open : 0;
+    real found[SPEEDS], pivot;
+    int is_found = 0;
+#if ACCELERATION_IS_DIRECT
+    is_found = is_certain(accelerate_directly(t, q, u, p, in, found, &pivot), pivot, q, u, p, found, open);
+#endif
+#if IS_REDUCED
+    if (!is_found) {
+        const enum trust trust = accelerate_reduced(t, q, u, p, in, found, &pivot);
+        if (open)
+            *open = may_be_open;
+        is_found = is_certain(trust, pivot, q, u, p, found, open);
+    }
+#else
+    (void)may_be_open;
+#endif
+    if (is_found)
+        copy(acceleration, found, SPEEDS);
+    return is_found;
 }
 #endif
 
@@ -162,28 +193,8 @@ PRIVATE int accelerate(real t, const real *q, const real *u, const parameters *p
     real *acceleration, int *open, real *multipliers)
 {
 #if ACCELERATION_IS_DIRECT || IS_REDUCED
-    const int may_be_open = open ? *open : 0;
-    real found[SPEEDS], pivot;
-    enum trust trust;
-    if (!multipliers) {
-#if ACCELERATION_IS_DIRECT
-        trust = accelerate_directly(t, q, u, p, in, found, &pivot);
-        if (is_certain(trust, pivot, q, u, p, found, open)) {
-            copy(acceleration, found, SPEEDS);
-            return status_ok;
-        }
-#endif
-#if IS_REDUCED
-        if (open)
-            *open = may_be_open;
-        trust = accelerate_reduced(t, q, u, p, in, found, &pivot);
-        if (is_certain(trust, pivot, q, u, p, found, open)) {
-            copy(acceleration, found, SPEEDS);
-            return status_ok;
-        }
-#endif
-    }
-    (void)may_be_open;
+    if (!multipliers && accelerate_by_elimination(t, q, u, p, in, acceleration, open))
+        return status_ok;
 #endif
     return accelerate_generally(t, q, u, p, in, acceleration, open, multipliers);
 }

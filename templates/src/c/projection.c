@@ -120,8 +120,16 @@ static int move_directly(real t, real *q, real *u, real wanted, const parameters
         pivot = margin[closure_pivot];
 #endif
         largest = largest_magnitude(residual, RESIDUALS);
-        is_trusted = trust == strong || (trust == weak && shows(gap_of(largest), pivot));
-        enough = trust == weak ? closed_to_rounding() : wanted;
+        is_trusted = trust == strong;
+        enough = wanted;
+#if MAY_BE_REDUCED
+        if (trust == weak) {
+            is_trusted = shows(gap_of(largest), pivot);
+            enough = closed_to_rounding();
+        }
+#else
+        (void)pivot;
+#endif
         is_last = !(i == 0 || largest + largest < before);
         if (is_trusted
             && (largest <= enough
@@ -237,7 +245,7 @@ PRIVATE int close_stage(real t, real *q, real *u, const parameters *p, const inp
     real largest;
     int status;
     /* Other mechanisms are not reduced to independent speeds, and save the room on the stack. */
-#if (PROJECTION_IS_DIRECT || IS_REDUCED) && (LOOPS > 1 || (LOOPS > 0 && COORDINATES > SPEEDS))
+#if (PROJECTION_IS_DIRECT || IS_REDUCED) && MAY_BE_REDUCED
     if (move_directly(t, q, u, closed_to_rounding(), p, in))
         return status_ok;
 #endif

@@ -55,7 +55,7 @@ PRIVATE real uncertainty(real gap, real singular_value)
     return gap / (singular_value * singular_value);
 }
 
-#if ACCELERATION_IS_DIRECT || PROJECTION_IS_DIRECT || IS_REDUCED
+#if MAY_BE_REDUCED && (ACCELERATION_IS_DIRECT || PROJECTION_IS_DIRECT || IS_REDUCED)
 
 /* Whether Newton's method finds its way along a direction of this singular value. */
 PRIVATE int shows(real gap, real singular_value)

@@ -7,6 +7,7 @@ use std::process::Command;
 
 use lamc::backend::c::{self, Real};
 use lamc_runtime::constants::ALL;
+use lamc_runtime::plumbing::may_be_reduced;
 use lamc_tests::workspace;
 
 use super::c::{STRICT, compilers, successful};
@@ -45,6 +46,8 @@ impl Dummy {
         flags.push(format!("-DDRIVES={}", u8::from(self.drives)));
         flags.push(format!("-DFREE_COUNT={}", u8::from(self.free)));
         flags.push(format!("-DIS_REDUCED={}", u8::from(self.reduced)));
+        let may_be_reduced = self.reduced || may_be_reduced(self.loops.into(), self.free);
+        flags.push(format!("-DMAY_BE_REDUCED={}", u8::from(may_be_reduced)));
         if self.real == Real::Float {
             flags.push("-DSINGLE".into());
         }

@@ -1,10 +1,11 @@
 //! Prints the mechanism's functions as C.
 
 use crate::program::{
-    Argument, Form, Function, FunctionKind, Op, Parts, Program, Quantity, Shape, Slot,
+    Argument, Form, Function, FunctionKind, Interface, Op, Parts, Program, Quantity, Shape, Slot,
 };
 use std::collections::BTreeSet;
 
+use lamc_runtime::plumbing::may_be_reduced;
 use serde::Serialize;
 use tera::Context;
 
@@ -101,10 +102,12 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
     context.insert("library", &library);
     let uses = |wanted: fn(&Op) -> bool| ops.iter().any(wanted);
     let offers = |wanted| functions.iter().any(|function| function.kind == wanted);
+    let Interface { loops, free, .. } = &program.interface;
     let switches = [
         Switch::new("ACCELERATION_IS_DIRECT", offers(FunctionKind::Acceleration)),
         Switch::new("PROJECTION_IS_DIRECT", offers(FunctionKind::Projection)),
         Switch::new("IS_REDUCED", program.reduction().is_some()),
+        Switch::new("MAY_BE_REDUCED", may_be_reduced(loops.len(), !free.is_empty())),
         Switch::new("USES_MINIMUM", uses(|op| matches!(op, Op::Min(..)))),
         Switch::new("USES_MAXIMUM", uses(|op| matches!(op, Op::Max(..)))),
         Switch::new("USES_STEP", uses(|op| matches!(op, Op::Step(_)))),
