@@ -32,14 +32,14 @@ pub fn scale<const K: usize>(s: &Expr, a: &[Expr; K]) -> [Expr; K] {
 
 /// Returns a . b.
 pub fn dot(a: &Vector, b: &Vector) -> Expr {
-    &(&(&a[0] * &b[0]) + &(&a[1] * &b[1])) + &(&a[2] * &b[2])
+    Expr::sum(array::from_fn(|i| &a[i] * &b[i]))
 }
 
 /// Returns a x b.
 pub fn cross(a: &Vector, b: &Vector) -> Vector {
     array::from_fn(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        &(&a[j] * &b[k]) - &(&a[k] * &b[j])
+        &(&a[j] * &b[k]) + &Expr::negative_product(&a[k], &b[j])
     })
 }
 

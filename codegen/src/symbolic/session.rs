@@ -169,8 +169,14 @@ struct Definition<B> {
     value: Expr,
 }
 
+/// How many symbols are created together: that takes two thirds of the time that they would take between other work.
+const SYMBOLS_AT_ONCE: usize = 256;
+
 /// The expressions of one session, with leaves `L` and intermediates that have labels `B`.
 pub struct Algebra<L, B> {
+    /// The first symbols of the pool.
+    symbols: Vec<Symbol>,
+    /// What those stand for that have been used.
     meanings: Vec<Meaning<L>>,
     index: FxHashMap<Symbol, usize>,
     definitions: Vec<Definition<B>>,
@@ -186,6 +192,7 @@ impl<L, B> Algebra<L, B> {
     fn new() -> Self {
         create_opaque();
         Self {
+            symbols: Vec::new(),
             meanings: Vec::new(),
             index: FxHashMap::default(),
             definitions: Vec::new(),
@@ -198,7 +205,11 @@ impl<L, B> Algebra<L, B> {
 
     fn symbol(&mut self, meaning: Meaning<L>) -> Expr {
         let index = self.meanings.len();
-        let symbol = symbol!(format!("lamc::v{index}"));
+        if index == self.symbols.len() {
+            let more = index..index + SYMBOLS_AT_ONCE;
+            self.symbols.extend(more.map(|index| symbol!(format!("lamc::v{index}"))));
+        }
+        let symbol = self.symbols[index];
         self.meanings.push(meaning);
         self.index.insert(symbol, index);
         Expr(symbol.to_atom())
