@@ -2,13 +2,14 @@
 //!
 //! M is never formed ([`sweep`](super::sweep)). H takes half a product for each joint and pair of independent speeds.
 //!
-//! Rows are blocks of [`LANES`] numbers, so that the compiler makes vector instructions of the inner loops.
+//! Everything is computed for [`LANES`] independent speeds after the other: so a step of a loop works on arrays of that
+//! length, of which the compiler makes vector instructions, and what it reads stays in the first cache.
 
 use super::driven::{Driven, Met};
 use super::sweep::{PARTS, Sums};
 use super::{Reduction, ReductionSizes, Terms};
 use crate::constants::WEIGHT_OF_ENTRY;
-use crate::linear::{backward, copy, factor, forward, rows_of, rows_of_mut};
+use crate::linear::{backward, factor, forward};
 use crate::trust::{Trust, safe};
 use crate::workspace::split;
 use crate::{Error, Scalar};
@@ -16,13 +17,13 @@ use crate::{Error, Scalar};
 /// Numbers of a block.
 pub(super) const LANES: usize = 8;
 
-/// Rows of H to which products are added at once.
+/// Rows of H that are summed at once.
 const ROWS: usize = 4;
 
-/// Neighbouring numbers of a row.
+/// Numbers of neighbouring independent speeds.
 pub(super) type Block<S> = [S; LANES];
 
-/// Blocks of a row of `d` numbers.
+/// Blocks of `d` independent speeds.
 const fn blocks(d: usize) -> usize {
     d.div_ceil(LANES)
 }
@@ -32,26 +33,23 @@ pub(super) struct Inertia<'a, S> {
     reduction: Reduction<'a, S>,
     /// d, the number of independent speeds.
     independent: usize,
-    /// N by branch.
+    /// N by block and branch.
     null_space: &'a mut [Block<S>],
-    /// M N by branch.
+    /// M N by block and branch.
     momenta: &'a mut [Block<S>],
     sums: Sums<'a, S>,
-    /// A row.
+    /// A number for each independent speed.
     row: &'a mut [Block<S>],
     /// Zero for a joint whose row of M N is zero: one that moves no mass.
     active: &'a mut [S],
-    /// H on and below the diagonal, in blocks.
-    products: &'a mut [Block<S>],
-    /// H, d x d, and its factor.
+    /// H on and below the diagonal, d x d, and its factor.
     inertia: &'a mut [S],
 }
 
 /// Numbers that [`Inertia`] needs.
 pub(super) const fn inertia_len(sizes: ReductionSizes) -> usize {
     let ReductionSizes { branches, depth, independent: d, .. } = sizes;
-    let rows = 2 * branches + 2 * PARTS * depth + 1 + blocks(d) * LANES;
-    rows * blocks(d) * LANES + branches + d * d
+    ((2 * branches + 1) * blocks(d) + 2 * PARTS * depth) * LANES + branches + d * d
 }
 
 impl<'a, S: Scalar> Inertia<'a, S> {
@@ -63,26 +61,15 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     ) -> Result<Self, Error> {
         let ReductionSizes { branches, depth, independent, .. } = sizes;
         let count = blocks(independent);
-        let mut of = |rows: usize| -> Result<&'a mut [Block<S>], Error> {
-            Ok(split(workspace, rows * count * LANES)?.as_chunks_mut().0)
+        let mut of = |blocks: usize| -> Result<&'a mut [Block<S>], Error> {
+            Ok(split(workspace, blocks * LANES)?.as_chunks_mut().0)
         };
-        let (null_space, momenta, row) = (of(branches)?, of(branches)?, of(1)?);
-        let (outward, inward) = (of(PARTS * depth)?, of(PARTS * depth)?);
-        let sums = Sums::of(count, outward, inward);
-        let products = of(count * LANES)?;
+        let (null_space, momenta) = (of(count * branches)?, of(count * branches)?);
+        let row = of(count)?;
+        let sums = Sums::of(of(PARTS * depth)?, of(PARTS * depth)?);
         let active = split(workspace, branches)?;
         let inertia = split(workspace, independent * independent)?;
-        Ok(Self {
-            reduction,
-            independent,
-            null_space,
-            momenta,
-            sums,
-            row,
-            active,
-            products,
-            inertia,
-        })
+        Ok(Self { reduction, independent, null_space, momenta, sums, row, active, inertia })
     }
 
     /// d.
@@ -100,7 +87,11 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             return Ok(Trust::Doubtful);
         }
         let Self { reduction, sums, null_space, momenta, active, .. } = &mut *self;
-        sums.sweep(reduction.branches, terms, null_space, momenta, active)?;
+        let branches = reduction.branches;
+        let blocks = null_space.chunks_exact(branches.len().max(1));
+        for (n, mn) in blocks.zip(momenta.chunks_exact_mut(branches.len().max(1))) {
+            sums.sweep(branches, terms, n, mn, active)?;
+        }
         self.product();
         let is_positive = factor(self.inertia, self.independent).is_ok();
         Ok(if is_positive { trust } else { Trust::Doubtful })
@@ -108,83 +99,73 @@ impl<'a, S: Scalar> Inertia<'a, S> {
 
     /// N; returns its largest entry.
     fn eliminate(&mut self, coefficients: &[S]) -> Result<S, Error> {
-        let count = blocks(self.independent);
-        let Self { null_space, row, .. } = self;
-        let Reduction { independent, dependent, columns, .. } = self.reduction;
-        null_space.fill([S::ZERO; LANES]);
-        for (k, &branch) in independent.iter().enumerate() {
-            let row = rows_of_mut(null_space, count, at(branch))?;
-            if let Some(entry) = row.as_flattened_mut().get_mut(k) {
-                *entry = S::ONE;
-            }
-        }
-        let mut terms = columns.iter().zip(coefficients);
+        let Reduction { branches, independent, dependent, columns, .. } = self.reduction;
+        self.null_space.fill([S::ZERO; LANES]);
         let mut largest = [S::ONE; LANES];
-        for dependent in dependent {
-            row.fill([S::ZERO; LANES]);
-            for (&column, &coefficient) in terms.by_ref().take(dependent.terms.into()) {
-                add(row, coefficient, rows_of(null_space, count, at(column))?);
-            }
-            for block in row.iter() {
-                for (largest, x) in largest.iter_mut().zip(block) {
-                    *largest = largest.max(x.abs());
+        let blocks = self.null_space.chunks_exact_mut(branches.len().max(1));
+        for (null_space, independent) in blocks.zip(independent.chunks(LANES)) {
+            for (lane, &branch) in independent.iter().enumerate() {
+                if let Some(entry) = at_mut(null_space, branch.into())?.get_mut(lane) {
+                    *entry = S::ONE;
                 }
             }
-            copy(rows_of_mut(null_space, count, at(dependent.branch))?, row)?;
+            let mut terms = columns.iter().zip(coefficients);
+            for dependent in dependent {
+                let mut sum = [S::ZERO; LANES];
+                for (&column, &coefficient) in terms.by_ref().take(dependent.terms.into()) {
+                    sum = sum_of(coefficient, at(null_space, column.into())?, &sum);
+                }
+                for (largest, x) in largest.iter_mut().zip(sum) {
+                    *largest = largest.max(x.abs());
+                }
+                *at_mut(null_space, dependent.branch.into())? = sum;
+            }
         }
         Ok(largest.into_iter().fold(S::ONE, S::max))
     }
 
-    /// H on and below the diagonal: two joints at once, because adding to H costs more than the products.
+    /// H on and below the diagonal, and a little above.
     fn product(&mut self) {
-        let (d, count) = (self.independent, blocks(self.independent));
-        self.products.fill([S::ZERO; LANES]);
-        self.row.fill([S::ZERO; LANES]);
-        let mut waiting = None;
-        let joints = self.null_space.chunks_exact(count.max(1));
-        let joints = joints.zip(self.momenta.chunks_exact(count.max(1)));
-        for (joint, &active) in joints.zip(&*self.active) {
-            if active == S::ZERO {
-                continue;
-            }
-            match waiting.take() {
-                None => waiting = Some(joint),
-                Some(before) => add_products(self.products, count, [before, joint]),
-            }
-        }
-        if let Some(last) = waiting {
-            let none = (&*self.row, &*self.row);
-            add_products(self.products, count, [last, none]);
-        }
-        let rows = self.products.chunks_exact(count.max(1));
-        for (row, products) in self.inertia.chunks_exact_mut(d.max(1)).zip(rows) {
-            for (entry, &value) in row.iter_mut().zip(products.as_flattened()) {
-                *entry = value;
+        let (d, branches) = (self.independent.max(1), self.reduction.branches.len().max(1));
+        let rows = self.inertia.chunks_mut(LANES * d);
+        for (block, (rows, n)) in rows.zip(self.null_space.chunks_exact(branches)).enumerate() {
+            for (index, rows) in rows.chunks_mut(ROWS * d).enumerate() {
+                let columns = self.momenta.chunks_exact(branches).take(block + 1);
+                for (mn, column) in columns.zip((0..d).step_by(LANES)) {
+                    let sums = products(n, index, mn, self.active);
+                    for (row, sums) in rows.chunks_exact_mut(d).zip(sums) {
+                        for (entry, sum) in row.iter_mut().skip(column).zip(sums) {
+                            *entry = sum;
+                        }
+                    }
+                }
             }
         }
     }
 
     /// The row of N of a joint, by its place in u.
     pub fn row(&self, joint: usize, out: &mut [S]) -> Result<(), Error> {
-        let count = blocks(self.independent);
         let mut branches = self.reduction.branches.iter();
-        let index = branches.position(|branch| usize::from(branch.joint) == joint);
-        let Some(index) = index else { return Ok(()) };
-        let row = rows_of(self.null_space, count, index..index + 1)?.as_flattened();
-        for (out, &value) in out.iter_mut().zip(row) {
-            *out = value;
+        let Some(index) = branches.position(|branch| usize::from(branch.joint) == joint) else {
+            return Ok(());
+        };
+        let blocks = self.null_space.chunks_exact(self.reduction.branches.len().max(1));
+        for (out, n) in out.chunks_mut(LANES).zip(blocks) {
+            for (out, &value) in out.iter_mut().zip(at(n, index)?) {
+                *out = value;
+            }
         }
         Ok(())
     }
 
     /// N^T x, for x in the order of u.
-    pub fn reduce(&mut self, x: &[S], out: &mut [S]) -> Result<(), Error> {
-        transposed(self.reduction, self.null_space, self.row, x, out)
+    pub fn reduce(&self, x: &[S], out: &mut [S]) {
+        transposed(self.reduction, self.null_space, x, out);
     }
 
     /// N^T M x, for x in the order of u.
-    pub fn momentum(&mut self, x: &[S], out: &mut [S]) -> Result<(), Error> {
-        transposed(self.reduction, self.momenta, self.row, x, out)
+    pub fn momentum(&self, x: &[S], out: &mut [S]) {
+        transposed(self.reduction, self.momenta, x, out);
     }
 
     /// H^-1 (r + B^T mu) in place of r, with B y = b for the driven joints; returns whether that can be trusted.
@@ -197,15 +178,15 @@ impl<'a, S: Scalar> Inertia<'a, S> {
 
     /// `out += sign N y`, in the order of u.
     pub fn combine(&mut self, sign: S, y: &[S], out: &mut [S]) -> Result<(), Error> {
-        let count = blocks(self.independent);
         self.row.fill([S::ZERO; LANES]);
         for (place, &y) in self.row.as_flattened_mut().iter_mut().zip(y) {
             *place = sign * y;
         }
-        let rows = self.null_space.chunks_exact(count.max(1));
-        for (branch, row) in self.reduction.branches.iter().zip(rows) {
+        let branches = self.reduction.branches;
+        for (index, branch) in branches.iter().enumerate() {
             let mut sums = [S::ZERO; LANES];
-            for (n, y) in row.iter().zip(&*self.row) {
+            for (n, y) in self.null_space.chunks_exact(branches.len().max(1)).zip(&*self.row) {
+                let n = at(n, index)?;
                 sums = core::array::from_fn(|lane| n[lane].mul_add(y[lane], sums[lane]));
             }
             if let Some(out) = out.get_mut(usize::from(branch.joint)) {
@@ -216,8 +197,17 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     }
 }
 
-fn at(branch: u16) -> core::ops::Range<usize> {
-    usize::from(branch)..usize::from(branch) + 1
+/// The block of a branch.
+#[inline(always)]
+pub(super) fn at<S>(blocks: &[Block<S>], branch: usize) -> Result<&Block<S>, Error> {
+    blocks.get(branch).ok_or(Error::Length { expected: branch + 1, given: blocks.len() })
+}
+
+/// As [`at`], to write to.
+#[inline(always)]
+pub(super) fn at_mut<S>(blocks: &mut [Block<S>], branch: usize) -> Result<&mut Block<S>, Error> {
+    let given = blocks.len();
+    blocks.get_mut(branch).ok_or(Error::Length { expected: branch + 1, given })
 }
 
 /// `sum + factor x`.
@@ -226,53 +216,40 @@ pub(super) fn sum_of<S: Scalar>(factor: S, x: &Block<S>, sum: &Block<S>) -> Bloc
     core::array::from_fn(|lane| factor.mul_add(x[lane], sum[lane]))
 }
 
-/// `row += factor other`.
-#[inline]
-fn add<S: Scalar>(row: &mut [Block<S>], factor: S, other: &[Block<S>]) {
-    for (row, other) in row.iter_mut().zip(other) {
-        *row = sum_of(factor, other, row);
-    }
-}
-
-/// A joint's rows of N and M N.
-type Pair<'a, S> = (&'a [Block<S>], &'a [Block<S>]);
-
-/// Adds what two joints contribute to H on and below the diagonal, from their rows of N and M N.
+/// The sums over the joints that are active of products of N and M N: for some speeds of a block of N, of which this group of
+/// [`ROWS`] counts, and all of a block of M N.
 #[inline(never)]
-fn add_products<S: Scalar>(
-    products: &mut [Block<S>],
-    count: usize,
-    [(n, mn), (m, mm)]: [Pair<'_, S>; 2],
-) {
-    let groups = products.chunks_exact_mut((ROWS * count).max(1));
-    let factors = n.as_flattened().as_chunks::<ROWS>().0.iter();
-    let factors = factors.zip(m.as_flattened().as_chunks::<ROWS>().0);
-    for (index, (group, (n, m))) in groups.zip(factors).enumerate() {
-        let used = index * ROWS / LANES + 1;
-        for ((row, &n), &m) in group.chunks_exact_mut(count.max(1)).zip(n).zip(m) {
-            for ((sum, mn), mm) in row.iter_mut().zip(mn).zip(mm).take(used) {
-                *sum = sum_of(m, mm, &sum_of(n, mn, sum));
+fn products<S: Scalar>(
+    n: &[Block<S>],
+    group: usize,
+    mn: &[Block<S>],
+    active: &[S],
+) -> [Block<S>; ROWS] {
+    let mut sums = [[S::ZERO; LANES]; ROWS];
+    for ((n, mn), &active) in n.iter().zip(mn).zip(active) {
+        if active != S::ZERO
+            && let Some(n) = n.as_chunks::<ROWS>().0.get(group)
+        {
+            for (sum, &n) in sums.iter_mut().zip(n) {
+                *sum = sum_of(n, mn, sum);
             }
         }
     }
+    sums
 }
 
-/// The sum over the joints of x times the joint's row.
-fn transposed<S: Scalar>(
-    reduction: Reduction<'_, S>,
-    rows: &[Block<S>],
-    sum: &mut [Block<S>],
-    x: &[S],
-    out: &mut [S],
-) -> Result<(), Error> {
-    sum.fill([S::ZERO; LANES]);
-    for (branch, row) in reduction.branches.iter().zip(rows.chunks_exact(sum.len().max(1))) {
-        if let Some(&x) = x.get(usize::from(branch.joint)) {
-            add(sum, x, row);
+/// The sum over the joints of x times the joint's row of a matrix.
+fn transposed<S: Scalar>(reduction: Reduction<'_, S>, matrix: &[Block<S>], x: &[S], out: &mut [S]) {
+    let branches = reduction.branches;
+    for (out, rows) in out.chunks_mut(LANES).zip(matrix.chunks_exact(branches.len().max(1))) {
+        let mut sum = [S::ZERO; LANES];
+        for (branch, row) in branches.iter().zip(rows) {
+            if let Some(&x) = x.get(usize::from(branch.joint)) {
+                sum = sum_of(x, row, &sum);
+            }
+        }
+        for (out, sum) in out.iter_mut().zip(sum) {
+            *out = sum;
         }
     }
-    for (out, &value) in out.iter_mut().zip(sum.as_flattened()) {
-        *out = value;
-    }
-    Ok(())
 }

@@ -99,7 +99,7 @@ fn reduced<Y: Mechanism>(
     if trust == Trust::Doubtful {
         return Ok((trust, 0));
     }
-    inertia.reduce(forces, a)?;
+    inertia.reduce(forces, a);
     driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
         Some(&given) => drive.acceleration - given,
         None => drive.acceleration,
@@ -202,7 +202,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         met: Met,
     ) -> Result<bool, Error> {
         let Self { along, driven, inertia, .. } = self;
-        inertia.momentum(p, along)?;
+        inertia.momentum(p, along);
         driven.prescribe(system, t, inertia, |drive| {
             p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
         })?;
