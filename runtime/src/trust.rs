@@ -9,7 +9,7 @@ use crate::linear::{dot, max_abs};
 use crate::plumbing::{Dimensions, Margin, ProjectionMut};
 use crate::rank::Gap;
 use crate::workspace::split;
-use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar};
+use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar, reduction};
 
 /// The conditioning above which rows are certainly independent and far from dependence.
 #[inline]
@@ -111,7 +111,14 @@ fn beside<Y: Mechanism>(
         let residual = split(&mut rest, 9 * loops)?;
         let (positions, speeds) = (split(&mut rest, n)?, split(&mut rest, n)?);
         let out = ProjectionMut { residual, positions, speeds };
-        if system.write_projection(q, u, out)?.is_some() {
+        let is_written = match reduction::suitable(system) {
+            Some(reduction) => {
+                reduction::write_projection(system, reduction, (q, u), out, rest)?;
+                true
+            }
+            None => system.write_projection(q, u, out)?.is_some(),
+        };
+        if is_written {
             return Ok(Gap::of_state(system, max_abs(split(&mut workspace, 9 * loops)?)));
         }
     }

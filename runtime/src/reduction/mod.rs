@@ -115,6 +115,18 @@ fn reduced<Y: Mechanism>(
     Ok((if is_finite { trust } else { Trust::Doubtful }, rank + driven.rank()))
 }
 
+/// The closure residuals, and x with J x = r, which is not the least, in its place.
+pub(crate) fn write_projection<Y: Mechanism>(
+    system: &Y,
+    reduction: Reduction<'_, Y::Scalar>,
+    (q, u): (&[Y::Scalar], &[Y::Scalar]),
+    out: ProjectionMut<'_, Y::Scalar>,
+    mut workspace: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    let mut terms = Terms::of(system.dimensions().reduction, &mut workspace)?;
+    reduction.parts.write_projection(q, u, terms.write(), out)
+}
+
 /// What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u.
 pub(crate) struct Correction<'a, S> {
     parts: &'a dyn ReductionParts<S>,

@@ -132,6 +132,28 @@ static enum trust accelerate_directly(real t, const real *q, const real *u, cons
 }
 #endif
 #if ACCELERATION_IS_DIRECT || IS_REDUCED
+#if MAY_BE_REDUCED
+
+/* By how much the loops are open, where that can be had without the Jacobian of the closure, which is large where there
+ * are many loops. */
+static real gap_beside(const real *q, const real *u, const parameters *p)
+{
+#if PROJECTION_IS_DIRECT
+    real residual[RESIDUALS], positions[SPEEDS], speeds[SPEEDS], margin[numbers_of_margin];
+    projection_of(q, u, p, residual, positions, speeds, margin);
+    return gap_of_state(residual);
+#elif IS_REDUCED
+    struct reduction reduction;
+    real residual[RESIDUALS], positions[SPEEDS], speeds[SPEEDS];
+    projection_reduction_of(q, u, p, &reduction.axes[0][0], &reduction.momenta[0][0], reduction.rotors,
+        reduction.coefficients, reduction.largest, residual, positions, speeds);
+    return gap_of_state(residual);
+#else
+    (void)u;
+    return gap_at(q, p);
+#endif
+}
+#endif
 
 /* Whether an elimination serves. Next to a singular state a row that fades is known as a direction to within the gap
  * divided by the square of the pivot; what is divided by the row, to within that times the square of the speeds, divided
@@ -148,7 +170,7 @@ static int is_certain(enum trust trust, real pivot, const real *q, const real *u
         *open = 0;
 #if MAY_BE_REDUCED
     if (trust == weak) {
-        const real gap = gap_at(q, p);
+        const real gap = gap_beside(q, u, p);
         const real noise = uncertainty(gap, pivot) * dot(u, u, SPEEDS);
         const real allowed = NOISE_OF_ACCELERATION * pivot * largest_magnitude(acceleration, SPEEDS);
         may_be_open = may_be_open && !is_closed(gap);

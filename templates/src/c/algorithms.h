@@ -68,6 +68,7 @@ PRIVATE void straighten_independent(real *a, real *b, int k);
 
 /* rank.c */
 PRIVATE real gap_of(real residual);
+PRIVATE real gap_of_state(const real *residual);
 PRIVATE real gap_at(const real *q, const parameters *p);
 PRIVATE real cut_of(real gap);
 PRIVATE real uncertainty(real gap, real singular_value);

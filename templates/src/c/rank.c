@@ -29,13 +29,22 @@ PRIVATE real gap_of(real residual)
     return larger(residual, closed_to_rounding()) / MECHANISM_SIZE;
 }
 
-/* g at q; a state that is not closed at all has no rank of its own. */
+#if LOOPS > 0
+
+/* g of the residuals of a state; one that is not closed at all has no rank of its own. */
+PRIVATE real gap_of_state(const real *residual)
+{
+    return gap_of(smaller(largest_magnitude(residual, LOOP_RESIDUALS), LARGEST_GAP * MECHANISM_SIZE));
+}
+#endif
+
+/* g at q. */
 PRIVATE real gap_at(const real *q, const parameters *p)
 {
 #if LOOPS > 0
     real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * SPEEDS];
     closure_of(q, p, residual, jacobian);
-    return gap_of(smaller(largest_magnitude(residual, LOOP_RESIDUALS), LARGEST_GAP * MECHANISM_SIZE));
+    return gap_of_state(residual);
 #else
     (void)q;
     (void)p;
