@@ -188,13 +188,15 @@ static int accelerate_by_elimination(real t, const real *q, const real *u, const
 {
     const int may_be_open = open ? *open : 0;
     real found[SPEEDS], pivot;
+    enum trust trust;
     int is_found = 0;
 #if ACCELERATION_IS_DIRECT
-    is_found = is_certain(accelerate_directly(t, q, u, p, in, found, &pivot), pivot, q, u, p, found, open);
+    trust = accelerate_directly(t, q, u, p, in, found, &pivot);
+    is_found = is_certain(trust, pivot, q, u, p, found, open);
 #endif
 #if IS_REDUCED
     if (!is_found) {
-        const enum trust trust = accelerate_reduced(t, q, u, p, in, found, &pivot);
+        trust = accelerate_reduced(t, q, u, p, in, found, &pivot);
         if (open)
             *open = may_be_open;
         is_found = is_certain(trust, pivot, q, u, p, found, open);

@@ -114,9 +114,8 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
     ];
     context.insert("switches", &switches);
     let words = words(program);
-    let words = words.iter().map(String::as_str);
-    let reserved = words.chain(identifiers(header)).map(str::to_ascii_lowercase);
-    let reserved: Vec<String> = reserved.collect();
+    let reserved = words.iter().map(String::as_str).chain(identifiers(header));
+    let reserved: Vec<String> = reserved.map(str::to_ascii_lowercase).collect();
     let reserved: Vec<&str> = reserved.iter().map(String::as_str).collect();
     let named = functions.iter().copied().filter(|function| !is_table(function));
     let constants = Constants::of(program, named, &reserved);
