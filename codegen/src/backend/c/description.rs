@@ -200,7 +200,16 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("inputs", &inputs.collect::<Vec<_>>());
     context.insert("real", real.name());
     context.insert("bytes", &real.bytes());
+    context.insert("stack", &megabytes_of_stack(interface, real));
     context
+}
+
+/// The dense matrices that assemblies and steps next to singular states have on the stack, MB, if that is more than one: M, its factor,
+/// the rows of the closure with two copies, and the Jacobian of the residuals.
+fn megabytes_of_stack(interface: &Interface, real: Real) -> Option<usize> {
+    let (n, loops) = (interface.speeds(), interface.loops.len());
+    let numbers = n * (2 * n + 3 * interface.rows + 9 * loops);
+    Some(numbers * real.bytes() / 1_000_000).filter(|&megabytes| megabytes > 0)
 }
 
 /// Returns the names in upper case, with underscores for dots. Names that differ only in case are numbered.
