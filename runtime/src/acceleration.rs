@@ -96,7 +96,8 @@ pub fn acceleration_in_motion<Y: Mechanism>(
 }
 
 /// As [`acceleration_in_motion`], of a stage of an integrator. If the caller `closes` loops where [`Constraint::is_weak`] is set
-/// but not [`Constraint::is_closed`], the result there may be worth nothing.
+/// but not [`Constraint::is_closed`], the result there may be worth nothing. It is not inlined: the stages of a step would each
+/// have room for its results on the stack.
 #[inline(never)]
 pub(crate) fn acceleration_of_stage<Y: Mechanism>(
     system: &Y,
@@ -203,8 +204,8 @@ fn solve<Y: Mechanism>(
     decide(system, dimensions, state, zone(), workspace, out, lambda)
 }
 
-/// du/dt by the eliminations that the system has, the cheaper first; nothing where none can be trusted. Its frame is not to lie
-/// beside that of [`decide`].
+/// du/dt by the eliminations that the system has, the cheaper first; nothing where none can be trusted. A function of its own, so that
+/// its room on the stack and that of [`decide`] are the same.
 fn by_elimination<Y: Mechanism>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
