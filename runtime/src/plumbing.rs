@@ -74,8 +74,8 @@ impl Dimensions {
     }
 }
 
-/// Whether the compiler reduces mechanisms with these loops, and with or without free bodies, to independent speeds while their
-/// loops are closed. The modules of others have no code for states next to singular ones.
+/// Whether the compiler may solve the closure of mechanisms with so many loops by independent speeds. The modules of others do
+/// not eliminate next to singular states, and have no code for that.
 #[inline(always)]
 pub const fn may_be_reduced(loops: usize, has_free_bodies: bool) -> bool {
     loops > 1 || loops == 1 && has_free_bodies
