@@ -112,6 +112,7 @@ mod lanes;
 mod linear;
 mod linearised;
 mod linearization;
+pub mod loops;
 mod mechanism;
 mod names;
 mod passage;

@@ -5,6 +5,7 @@ mod constants;
 pub mod fmu;
 pub mod identifiers;
 pub mod literal;
+pub mod loops;
 mod naming;
 pub mod python;
 pub mod rust;

@@ -18,6 +18,7 @@ use super::numbered::shorten;
 use crate::backend::constants::{Constant, Constants};
 use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
+use crate::backend::loops::{self, Loops};
 use crate::backend::statements::{Expression, Infix, SineCosine, Statement, Stretch};
 use crate::backend::statements::{numbered, statements};
 use crate::backend::tables::Numbers;
@@ -52,6 +53,10 @@ pub struct Bodies<'a> {
     pub(super) numbers: Numbers,
     /// The tables, by name.
     pub(super) tables: Vec<(String, Rows)>,
+    /// Numbers that the loops read.
+    pub(super) loop_numbers: loops::Numbers,
+    /// The loops, by name.
+    pub(super) loops: Vec<(String, Loops)>,
 }
 
 impl<'a> Bodies<'a> {
@@ -77,6 +82,8 @@ impl<'a> Bodies<'a> {
             parts: TokenStream::new(),
             numbers: Numbers::default(),
             tables: Vec::new(),
+            loop_numbers: loops::Numbers::default(),
+            loops: Vec::new(),
         }
     }
 
@@ -84,8 +91,10 @@ impl<'a> Bodies<'a> {
     /// name. The values that the function reads have the names from [`given`].
     pub fn write(&mut self, function: &Function) -> TokenStream {
         let form = self.program.form(function.kind);
-        if form == Form::Tables {
-            return self.write_table(function);
+        match form {
+            Form::Tables => return self.write_table(function),
+            Form::Loops => return self.write_loops(function),
+            _ => {}
         }
         let parts = parts(function);
         let reserved = reserved(function.kind.signature(), HELPERS);

@@ -103,10 +103,11 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
     let table = bodies.table();
     let tables = bodies.tables();
+    let loops = bodies.loops();
     let (parts, texts) = bodies.finish();
     let parts = parts_of(program, &syntax, &parts);
     let tokens = quote! {
-        #sizes #names #table #tables #parameters #inputs #model #methods #mechanism #reduction #controlled #straight_line #parts #batch #exports
+        #sizes #names #table #tables #loops #parameters #inputs #model #methods #mechanism #reduction #controlled #straight_line #parts #batch #exports
     };
     (tokens, texts)
 }

@@ -11,6 +11,7 @@ mod fused;
 mod header;
 mod implementation;
 mod items;
+mod loops;
 mod mechanism;
 mod methods;
 mod numbered;

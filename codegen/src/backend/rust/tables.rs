@@ -19,28 +19,35 @@ impl Bodies<'_> {
         let table = Table::of(function, &mut self.numbers);
         let item = function.kind.name().to_uppercase();
         self.tables.push((item.clone(), table.rows));
-        let arguments = function.kind.inputs(&self.program.interface).map(|argument| {
-            let name = format_ident!("{}", argument.name());
-            match argument {
-                Argument::Parameters => {
-                    let fields = &self.fields.parameters;
-                    quote!(&[#(self.params.#fields),*])
-                }
-                Argument::Inputs => {
-                    let fields = &self.fields.inputs;
-                    quote!(&[#(self.inputs.#fields),*])
-                }
-                Argument::Drawing => quote!(&self.drawing),
-                _ if argument.array().shape == Shape::SCALAR => quote!(&[#name]),
-                _ => quote!(#name),
-            }
-        });
+        let arguments: Vec<_> = function
+            .kind
+            .inputs(&self.program.interface)
+            .map(|argument| self.array(argument))
+            .collect();
         let outputs = function.outputs.iter().map(|output| format_ident!("{}", output.name));
         let (item, scalar) = (format_ident!("{item}"), &self.syntax.scalar);
         quote! {
             tables::#item.evaluate::<#scalar>(
                 &tables::NUMBERS, &[#(#arguments),*], &mut [#(#outputs),*]
             );
+        }
+    }
+
+    /// Returns an argument as an array.
+    pub(super) fn array(&self, argument: Argument) -> TokenStream {
+        let name = format_ident!("{}", argument.name());
+        match argument {
+            Argument::Parameters => {
+                let fields = &self.fields.parameters;
+                quote!(&[#(self.params.#fields),*])
+            }
+            Argument::Inputs => {
+                let fields = &self.fields.inputs;
+                quote!(&[#(self.inputs.#fields),*])
+            }
+            Argument::Drawing => quote!(&self.drawing),
+            _ if argument.array().shape == Shape::SCALAR => quote!(&[#name]),
+            _ => quote!(#name),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::kane::binder::Binder;
 use crate::kane::closure::Closure;
 use crate::source::JointId;
 use crate::symbolic::Expr;
-use crate::topology::{Pivot, Reduction};
+use crate::topology::{LoopId, Pivot, Reduction};
 
 /// The closure after its elimination.
 pub struct Elimination {
@@ -19,6 +19,8 @@ pub struct Elimination {
     factors: Vec<Vec<(usize, Expr)>>,
     /// Length of u.
     speeds: usize,
+    /// The loop of each row of the closure.
+    loops: Vec<LoopId>,
     /// N, by speed, one number per independent joint; free bodies, which the closure leaves out, have zeros. Empty
     /// until [`with_null_space`](Self::with_null_space).
     pub null_space: Vec<Vec<Expr>>,
@@ -26,7 +28,6 @@ pub struct Elimination {
 
 impl Elimination {
     pub fn new(binder: &mut Binder, closure: &Closure, reduction: &Reduction) -> Self {
-        let phase = Section::mechanism(Phase::Elimination);
         let n = binder.mechanism().speeds();
         let entries = |row: usize| -> BTreeMap<usize, Expr> {
             let row = closure.jacobian[row * n..][..n].iter().enumerate();
@@ -34,29 +35,33 @@ impl Elimination {
         };
         let mut waiting: Vec<_> =
             reduction.pivots.iter().map(|&pivot| (pivot, entries(pivot.row))).collect();
+        let loops: Vec<_> = closure.rows().iter().map(|row| row.closed).collect();
+        let section_of = |row: usize| Section::closure(loops[row], Phase::Elimination);
         let mut factors = vec![Vec::new(); waiting.len()];
         let mut inverse_pivots = Vec::with_capacity(waiting.len());
         for done in 0..waiting.len() {
             let (head, later) = waiting.split_at_mut(done + 1);
             let (Pivot { row, joint }, pivot_row) = &mut head[done];
             let pivot = pivot_row.remove(&joint.index()).unwrap_or_else(Expr::zero);
-            let pivot = binder.bind(phase, format!("pivot_row{row}"), pivot);
-            let inverse = binder.bind(phase, format!("inverse_pivot_row{row}"), pivot.power(-1));
+            let section = section_of(*row);
+            let pivot = binder.bind(section, format!("pivot_row{row}"), pivot);
+            let inverse = binder.bind(section, format!("inverse_pivot_row{row}"), pivot.power(-1));
             for (ahead, (Pivot { row: other, .. }, entries)) in later.iter_mut().enumerate() {
                 let Some(entry) = entries.remove(&joint.index()) else { continue };
+                let section = section_of(*other);
                 let factor =
-                    binder.bind(phase, format!("factor_row{other}_{row}"), &entry * &inverse);
+                    binder.bind(section, format!("factor_row{other}_{row}"), &entry * &inverse);
                 for (&column, value) in pivot_row.iter() {
                     let name = binder.speed_name(column);
                     let name = format!("row{other}_less_{row}_{name}");
                     let entry = entries.entry(column).or_insert_with(Expr::zero);
-                    *entry = binder.bind(phase, name, &*entry - &(&factor * value));
+                    *entry = binder.bind(section, name, &*entry - &(&factor * value));
                 }
                 factors[done + 1 + ahead].push((done, factor));
             }
             inverse_pivots.push(inverse);
         }
-        Self { rows: waiting, inverse_pivots, factors, speeds: n, null_space: Vec::new() }
+        Self { rows: waiting, inverse_pivots, factors, speeds: n, loops, null_space: Vec::new() }
     }
 
     /// Derives N.
@@ -65,11 +70,16 @@ impl Elimination {
         self
     }
 
-    /// Returns the dependent joints, each after those that its speed follows from: minus 1 / pivot times the sum of the
-    /// entries of its row times the speeds of their columns.
-    pub fn rows(&self) -> impl Iterator<Item = (JointId, &Expr, &BTreeMap<usize, Expr>)> {
+    /// Returns the pivots of the dependent joints, each after those that its speed follows from: minus 1 / pivot times the
+    /// sum of the entries of its row times the speeds of their columns.
+    pub fn rows(&self) -> impl Iterator<Item = (Pivot, &Expr, &BTreeMap<usize, Expr>)> {
         let rows = self.rows.iter().zip(&self.inverse_pivots).rev();
-        rows.map(|((pivot, row), inverse)| (pivot.joint, inverse, row))
+        rows.map(|((pivot, row), inverse)| (*pivot, inverse, row))
+    }
+
+    /// Returns the loop of a row of the closure.
+    pub fn loop_of(&self, row: usize) -> LoopId {
+        self.loops[row]
     }
 
     /// Returns for each joint the independent joints that move it.
@@ -78,7 +88,7 @@ impl Elimination {
         for joint in &reduction.independent {
             movers[joint.index()].insert(joint.index());
         }
-        for (joint, _, row) in self.rows() {
+        for (Pivot { joint, .. }, _, row) in self.rows() {
             let of_row = row.keys().flat_map(|column| movers[*column].iter().copied());
             movers[joint.index()] = of_row.collect();
         }
@@ -106,10 +116,10 @@ impl Elimination {
         for (k, joint) in reduction.independent.iter().enumerate() {
             table[joint.index()][k] = Expr::one();
         }
-        let section = Section::mechanism(Phase::NullSpace);
-        for (joint, inverse, row) in self.rows() {
+        for (Pivot { row, joint }, inverse, entries) in self.rows() {
+            let section = Section::closure(self.loops[row], Phase::NullSpace);
             let mut speed = |k: usize| {
-                let terms = row.iter().map(|(column, value)| value * &table[*column][k]);
+                let terms = entries.iter().map(|(column, value)| value * &table[*column][k]);
                 let sum = terms.fold(Expr::zero(), |sum, term| &sum - &term);
                 let name = format!("{}_by_{k}", binder.mechanism().joints[joint.index()].name);
                 binder.bind(section, name, inverse * &sum)
@@ -121,23 +131,24 @@ impl Elimination {
 
     /// Returns p, by speed, with zeros for the independent speeds, for b by row.
     pub fn solve(&self, binder: &mut Binder, wanted: &[Expr], name: &str) -> Vec<Expr> {
-        let section = Section::mechanism(Phase::DependentPart);
+        let section_of = |row: usize| Section::closure(self.loops[row], Phase::DependentPart);
         let mut right: Vec<Expr> = Vec::with_capacity(self.rows.len());
         for ((Pivot { row, .. }, _), factors) in self.rows.iter().zip(&self.factors) {
             let mut sum = wanted[*row].clone();
             for (earlier, factor) in factors {
                 sum = &sum - &(factor * &right[*earlier]);
             }
-            right.push(binder.bind(section, format!("{name}_row{row}"), sum));
+            right.push(binder.bind(section_of(*row), format!("{name}_row{row}"), sum));
         }
         let mut solution = vec![Expr::zero(); self.speeds];
-        for (at, (Pivot { joint, .. }, row)) in self.rows.iter().enumerate().rev() {
+        for (at, (Pivot { row, joint }, entries)) in self.rows.iter().enumerate().rev() {
             let mut sum = right[at].clone();
-            for (&column, value) in row {
+            for (&column, value) in entries {
                 sum = &sum - &(value * &solution[column]);
             }
             let name = format!("{name}_{}", binder.mechanism().joints[joint.index()].name);
-            solution[joint.index()] = binder.bind(section, name, &self.inverse_pivots[at] * &sum);
+            let value = &self.inverse_pivots[at] * &sum;
+            solution[joint.index()] = binder.bind(section_of(*row), name, value);
         }
         solution
     }
@@ -151,7 +162,10 @@ impl Elimination {
         name: &str,
         sign: f64,
     ) -> Vec<Expr> {
-        let section = Section::mechanism(Phase::Combination);
+        let mut sections = vec![Section::mechanism(Phase::Combination); given.len()];
+        for (Pivot { row, joint }, _) in &self.rows {
+            sections[joint.index()] = Section::closure(self.loops[*row], Phase::Combination);
+        }
         let mut solution = Vec::with_capacity(given.len());
         for (speed, (given, row)) in given.iter().zip(&self.null_space).enumerate() {
             let mut sum = given.clone();
@@ -160,7 +174,7 @@ impl Elimination {
                 sum = if sign < 0.0 { &sum - &term } else { &sum + &term };
             }
             let name = format!("{name}_{}", binder.speed_name(speed));
-            solution.push(binder.bind(section, name, sum));
+            solution.push(binder.bind(sections[speed], name, sum));
         }
         solution
     }

@@ -1,8 +1,8 @@
 //! The factor L D L^T of a symmetric matrix.
 
-use super::folded;
+use super::{Groups, folded};
 use crate::kane::binder::Binder;
-use crate::program::{Phase, Section};
+use crate::program::{Phase, Section, Subject};
 use crate::symbolic::{Expr, Function};
 
 /// L and 1 / D.
@@ -41,7 +41,7 @@ impl Factor {
 
     /// Returns the least of 1 / D.
     pub fn least_inverse_pivot(&self, binder: &mut Binder) -> Expr {
-        let pivots = self.inverse_pivots.clone();
+        let pivots = Groups::from([(Subject::Mechanism, self.inverse_pivots.clone())]);
         // Beside the pivots: a heading that waits for all of them would take their operands in as well.
         folded(binder, Phase::IndependentInertia, Function::Min, "inverse_inertia", pivots)
     }

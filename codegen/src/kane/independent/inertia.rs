@@ -7,7 +7,7 @@ use crate::kane::binder::Binder;
 use crate::kane::forces::{along_speeds, gathered};
 use crate::kane::inertia::Inertias;
 use crate::kane::kinematics::Kinematics;
-use crate::kane::link::Freedom;
+use crate::kane::link::{Freedom, Link};
 use crate::kane::mass::MassMatrix;
 use crate::kane::vector::{Vector, add, cross, dot, zero};
 use crate::kane::wrench::Wrench;
@@ -56,11 +56,15 @@ impl Inertia {
         for (k, twists) in columns.iter().enumerate() {
             momenta.push(momenta_of(binder, kinematics, inertias, twists, k));
         }
+        let phase = Phase::NullSpaceMotion;
         let entry = |k: usize, l: usize| {
             let rotors = of_rotors(kinematics, |joint| &table[joint][k] * &table[joint][l]);
-            power(&columns[k], &momenta[l], rotors)
+            let name = format!("partial{k}_energy{l}");
+            let shares = powers(binder, kinematics, (phase, &name), &columns[k], &momenta[l]);
+            shares.into_iter().fold(rotors, |sum, share| &sum + &share)
         };
-        let factor = Factor::new(binder, entries(columns.len(), entry));
+        let entries = entries(columns.len(), entry);
+        let factor = Factor::new(binder, entries);
         Self { factor, columns: Some(columns) }
     }
 
@@ -75,9 +79,22 @@ impl Inertia {
         match &self.columns {
             None => transposed(table, &imbalance.by_speed(binder, kinematics).0),
             Some(columns) => {
-                let of_joints = transposed(table, &imbalance.torques);
-                let pairs = columns.iter().zip(of_joints);
-                pairs.map(|(twists, sum)| power(twists, &imbalance.wrenches, sum)).collect()
+                let force = |(k, twists): (usize, &Vec<Twist>)| {
+                    let (phase, name) = (Phase::InverseDynamics, format!("partial{k}_power"));
+                    let wrenches = &imbalance.wrenches;
+                    let shares = powers(binder, kinematics, (phase, &name), twists, wrenches);
+                    let mut sum = Expr::zero();
+                    for (link, share) in kinematics.links().iter().zip(shares) {
+                        let torques =
+                            link.speeds().map(|speed| &table[speed][k] * &imbalance.torques[speed]);
+                        let name = format!("partial{k}_power_with_torque");
+                        let share = torques.fold(share, |share, torque| &share + &torque);
+                        let phase = Phase::IndependentAcceleration;
+                        sum = &sum + &binder.scalar(link.node, phase, &name, share);
+                    }
+                    sum
+                };
+                columns.iter().enumerate().map(force).collect()
             }
         }
     }
@@ -112,17 +129,26 @@ fn independent(table: &[Vec<Expr>]) -> usize {
 }
 
 /// Returns the entries on and below the diagonal of a symmetric matrix, and zeros above.
-fn entries(d: usize, of: impl Fn(usize, usize) -> Expr) -> Vec<Vec<Expr>> {
-    let entry = |k: usize, l: usize| if l <= k { of(k, l) } else { Expr::zero() };
+fn entries(d: usize, mut of: impl FnMut(usize, usize) -> Expr) -> Vec<Vec<Expr>> {
+    let mut entry = |k: usize, l: usize| if l <= k { of(k, l) } else { Expr::zero() };
     (0..d).map(|k| (0..d).map(|l| entry(k, l)).collect()).collect()
 }
 
-/// Returns `sum` plus the sum of w . n + v . f over the nodes.
-fn power(twists: &[Twist], wrenches: &[Wrench], sum: Expr) -> Expr {
-    let pairs = twists.iter().zip(wrenches);
-    pairs.fold(sum, |sum, (Twist { omega, velocity }, Wrench { force, moment })| {
-        &(&sum + &dot(omega, moment)) + &dot(velocity, force)
-    })
+/// Returns w . n + v . f of each node.
+fn powers(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    (phase, name): (Phase, &str),
+    twists: &[Twist],
+    wrenches: &[Wrench],
+) -> Vec<Expr> {
+    let nodes = kinematics.links().iter().zip(twists.iter().zip(wrenches));
+    let power = |(link, (twist, wrench)): (&Link, (&Twist, &Wrench))| {
+        let Twist { omega, velocity } = twist;
+        let power = &dot(omega, &wrench.moment) + &dot(velocity, &wrench.force);
+        binder.scalar(link.node, phase, name, power)
+    };
+    nodes.map(power).collect()
 }
 
 /// Returns the sum over the motors of the inertia of the rotor times a factor of its joint.

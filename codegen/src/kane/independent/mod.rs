@@ -26,6 +26,8 @@ mod free;
 mod inertia;
 mod terms;
 
+use std::collections::BTreeMap;
+
 use lamc_runtime::constants::WEIGHT_OF_ENTRY;
 
 pub use self::elimination::Elimination;
@@ -44,7 +46,7 @@ use super::kinematics::Kinematics;
 use super::loads::{Loads, WrenchNames};
 use super::vector::{add, zero};
 use super::wrench::Wrench;
-use crate::program::{Phase, Section};
+use crate::program::{Phase, Section, Subject};
 use crate::source::free::SPEEDS;
 use crate::symbolic::{Expr, Function};
 use crate::topology::{NodeId, Pivot, Reduction};
@@ -91,7 +93,7 @@ impl IndependentSpeeds {
         let reduced = inertia.forces(binder, kinematics, &elimination.null_space, loads);
         let y = inertia.factor.solve(binder, reduced, "independent");
         let accelerations = elimination.combined(binder, &given, &y, "acceleration", 1.0);
-        let trust = trust(binder, closure, elimination);
+        let trust = trust(binder, elimination);
         let margin = |least: Expr| [least].into_iter().chain(trust.clone()).collect();
         let of_accelerations = margin(inertia.factor.least_inverse_pivot(binder));
         // The metric of a projection is that of M, also where the loops are open.
@@ -128,7 +130,7 @@ impl IndependentSpeeds {
             let linear = add(&linear, loads.gravity());
             accelerations.splice(first..first + SPEEDS, linear.into_iter().chain(alpha));
         }
-        let trust = trust(binder, closure, elimination);
+        let trust = trust(binder, elimination);
         let margin = |least: Expr| [least].into_iter().chain(trust.clone()).collect();
         let of_accelerations = margin(inertia.factor.least_inverse_pivot(binder));
         let inertia = FreeInertia::new(binder, kinematics, shared, table);
@@ -208,48 +210,70 @@ impl Imbalance {
 /// Returns by how much the elimination can be trusted: what the largest entry of N counts as, and the smallest pivot of the
 /// closure over its loop's length. Pivots become zero where the mechanism is singular, as the smallest singular value of J
 /// does.
-fn trust(binder: &mut Binder, closure: &Closure, elimination: &Elimination) -> [Expr; 2] {
+fn trust(binder: &mut Binder, elimination: &Elimination) -> [Expr; 2] {
     let topology = binder.topology();
     if topology.loops.is_empty() {
         return [Expr::one(), Expr::one()];
     }
     let phase = Phase::EliminationMargin;
-    let entries = elimination.pivots().flat_map(|(pivot, _)| elimination.speeds_by(pivot.joint));
-    let entries = entries.filter(|entry| !entry.is_zero());
-    let sizes =
-        entries.map(|entry| Expr::apply(Function::Abs, std::slice::from_ref(entry))).collect();
+    let mut sizes = Groups::new();
+    for (Pivot { row, joint }, _) in elimination.pivots() {
+        let entries = elimination.speeds_by(joint).iter().filter(|entry| !entry.is_zero());
+        let entries =
+            entries.map(|entry| Expr::apply(Function::Abs, std::slice::from_ref(entry)));
+        let subject = Subject::Loop(elimination.loop_of(row));
+        sizes.entry(subject).or_default().extend(entries);
+    }
     let largest = folded(binder, phase, Function::Max, "entry", sizes);
     let weighted = &binder.constant(WEIGHT_OF_ENTRY) * &largest;
-    let sizes = inverse_pivots(binder, closure, elimination);
+    let sizes = inverse_pivots(binder, elimination);
     let smallest = folded(binder, phase, Function::Max, "inverse_pivot", sizes);
     [weighted.power(-2), smallest.power(-1)]
 }
 
 /// Returns the magnitudes of the inverse pivots times the lengths of their loops.
-fn inverse_pivots(binder: &mut Binder, closure: &Closure, elimination: &Elimination) -> Vec<Expr> {
+fn inverse_pivots(binder: &mut Binder, elimination: &Elimination) -> Groups {
     let topology = binder.topology();
-    let mut sizes = Vec::new();
+    let mut sizes = Groups::new();
     for (Pivot { row, .. }, inverse) in elimination.pivots() {
-        let closed = &topology.loops[closure.rows()[row].closed.index()];
+        let id = elimination.loop_of(row);
+        let closed = &topology.loops[id.index()];
         let length = binder.constant((closed.points[1] - closed.points[0]).norm());
-        sizes.push(Expr::apply(Function::Abs, &[&length * inverse]));
+        let size = Expr::apply(Function::Abs, &[&length * inverse]);
+        sizes.entry(Subject::Loop(id)).or_default().push(size);
     }
     sizes
 }
 
-/// Binds the largest or smallest of several values, step by step.
+/// Values by what they belong to.
+type Groups = BTreeMap<Subject, Vec<Expr>>;
+
+/// Binds the largest or smallest of several values: first of each group, then of two groups, of four, and so on, so that none
+/// waits for all the others.
 fn folded(
     binder: &mut Binder,
     phase: Phase,
     function: Function,
     name: &str,
-    values: Vec<Expr>,
+    groups: Groups,
 ) -> Expr {
-    let section = Section::mechanism(phase);
-    let mut values = values.into_iter().enumerate();
-    let Some((_, first)) = values.next() else { return Expr::one() };
-    values.fold(first, |extreme, (index, value)| {
-        let value = Expr::apply(function, &[extreme, value]);
-        binder.bind(section, format!("{name}_to_{index}"), value)
-    })
+    let mut step = 0;
+    let mut extreme = |section: Section, values: &[Expr]| match values {
+        [value] => value.clone(),
+        values => {
+            step += 1;
+            binder.bind(section, format!("{name}_{step}"), Expr::apply(function, values))
+        }
+    };
+    let mut values: Vec<Expr> = Vec::new();
+    for (subject, of_group) in groups {
+        let section = Section { subject, phase };
+        let of_group = of_group.into_iter();
+        values.extend(of_group.reduce(|found, value| extreme(section, &[found, value])));
+    }
+    while values.len() > 1 {
+        let pairs = values.chunks(2);
+        values = pairs.map(|pair| extreme(Section::mechanism(phase), pair)).collect();
+    }
+    values.pop().unwrap_or_else(Expr::one)
 }

@@ -22,7 +22,7 @@ use crate::kane::wrench::Wrench;
 use crate::program::{Phase, ReductionInfo, Section};
 use crate::source::JointId;
 use crate::symbolic::{Expr, Function};
-use crate::topology::{NodeId, Reduction};
+use crate::topology::{NodeId, Pivot, Reduction};
 
 /// The parts of a reduction that the runtime puts together; see [`Terms`](crate::kane::Terms) for shapes.
 pub struct Parts {
@@ -54,7 +54,7 @@ impl Parts {
         let imbalance = Imbalance::new(binder, phases, &whole, given.clone());
         let (forces, _) = imbalance.by_speed(binder, kinematics);
         let (pattern, coefficients) = coefficients(binder, &order, reduction, elimination);
-        let sizes = inverse_pivots(binder, closure, elimination);
+        let sizes = inverse_pivots(binder, elimination);
         let phase = Phase::EliminationMargin;
         let largest = folded(binder, phase, Function::Max, "inverse_pivot", sizes);
         let rotors = order.iter().map(|(node, _)| kinematics.link(*node).rotor.clone()).collect();
@@ -116,11 +116,11 @@ fn coefficients(
         dependent: Vec::new(),
         columns: Vec::new(),
     };
-    let section = Section::mechanism(Phase::NullSpace);
     let mut coefficients = Vec::new();
-    for (joint, inverse, row) in elimination.rows() {
-        pattern.dependent.push((place(joint), short(row.len())));
-        for (&column, value) in row {
+    for (Pivot { row, joint }, inverse, entries) in elimination.rows() {
+        let section = Section::closure(elimination.loop_of(row), Phase::NullSpace);
+        pattern.dependent.push((place(joint), short(entries.len())));
+        for (&column, value) in entries {
             let [of, by] = [joint, JointId(column)].map(|joint| binder.joint_name(joint));
             let name = format!("{of}_by_{by}");
             coefficients.push(binder.bind(section, name, -&(value * inverse)));

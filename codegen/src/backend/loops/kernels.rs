@@ -1,0 +1,113 @@
+//! Blocks of one shape as records of one kernel.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::blocks::{Block, Blocks, Operand, Shape, Statement};
+use super::nodes::Nodes;
+use crate::program::{Function, Value};
+
+/// Blocks of one shape that are worth a kernel of their own. Others are taken apart into statements.
+const ENOUGH: usize = 4;
+
+/// A kernel: what a loop does for each of its records.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    pub shape: Shape,
+    pub records: Vec<Record>,
+}
+
+/// A block of a kernel.
+#[derive(Clone, Debug)]
+pub struct Record {
+    pub reads: Vec<Value>,
+    pub numbers: Vec<f64>,
+    pub writes: Vec<Value>,
+}
+
+/// Returns the kernels of a function, and the number of its values.
+pub fn kernels(function: &Function) -> Vec<Kernel> {
+    let mut nodes = Nodes::of(function);
+    let mut groups: BTreeMap<usize, Vec<Value>> = BTreeMap::new();
+    for &value in nodes.list.keys() {
+        groups.entry(nodes.group(value)).or_default().push(value);
+    }
+    let mut found = Kernels::default();
+    for &[angle, sine, cosine] in &nodes.angles {
+        let statement = Statement::SineCosine(Operand::Read(0));
+        let shape = Shape { statements: vec![statement], kept: vec![0] };
+        found.add(Block { shape, reads: vec![angle], numbers: Vec::new(), writes: vec![sine, cosine] });
+    }
+    let mut blocks = Blocks::of(&nodes);
+    let whole: Vec<Option<Block>> = groups
+        .values()
+        .map(|members| (members.len() > 1).then(|| blocks.block(members)))
+        .collect();
+    let mut counts: HashMap<Shape, usize> = HashMap::new();
+    for block in whole.iter().flatten() {
+        *counts.entry(block.shape.unsigned()).or_insert(0) += 1;
+    }
+    let is_frequent = |block: &Block| counts[&block.shape.unsigned()] >= ENOUGH;
+    let whole: Vec<Option<Block>> =
+        whole.into_iter().map(|block| block.filter(is_frequent)).collect();
+    for (block, members) in whole.iter().zip(groups.values()) {
+        if block.is_none() {
+            for &value in members {
+                nodes.keep(value);
+            }
+        }
+    }
+    let mut parts: Vec<Vec<Value>> = Vec::new();
+    for (block, members) in whole.iter().zip(groups.values()) {
+        let cut = |value: &Value| nodes.cut(*value);
+        parts.push(if block.is_none() { members.iter().flat_map(cut).collect() } else { Vec::new() });
+    }
+    let mut blocks = Blocks::of(&nodes);
+    for (block, parts) in whole.into_iter().zip(parts) {
+        block.into_iter().for_each(|block| found.add(block));
+        for value in parts {
+            found.add(blocks.block(&[value]));
+        }
+    }
+    found.list.into_iter().map(kernel).collect()
+}
+
+/// Blocks whose shapes differ in signs alone.
+type Alike = Vec<Block>;
+
+/// The kernel of blocks: the sign of a term that is subtracted in some of them is a number, 1 or -1.
+fn kernel(alike: Alike) -> Kernel {
+    let mut shape = alike[0].shape.clone();
+    let mut records: Vec<Record> = Vec::with_capacity(alike.len());
+    let mut signs: Vec<Vec<bool>> = Vec::with_capacity(alike.len());
+    for Block { shape, reads, numbers, writes } in alike {
+        signs.push(shape.terms().map(|term| term.is_negative).collect());
+        records.push(Record { reads, numbers, writes });
+    }
+    for (place, term) in shape.terms_mut().enumerate() {
+        if signs.iter().all(|signs| signs[place] == term.is_negative) {
+            continue;
+        }
+        term.is_negative = false;
+        term.factors.push(Operand::Number(records[0].numbers.len()));
+        for (record, signs) in records.iter_mut().zip(&signs) {
+            record.numbers.push(if signs[place] { -1.0 } else { 1.0 });
+        }
+    }
+    Kernel { shape, records }
+}
+
+#[derive(Default)]
+struct Kernels {
+    list: Vec<Alike>,
+    places: HashMap<Shape, usize>,
+}
+
+impl Kernels {
+    fn add(&mut self, block: Block) {
+        let place = *self.places.entry(block.shape.unsigned()).or_insert_with(|| {
+            self.list.push(Vec::new());
+            self.list.len() - 1
+        });
+        self.list[place].push(block);
+    }
+}
