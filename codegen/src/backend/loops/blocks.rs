@@ -52,6 +52,18 @@ pub struct Shape {
     pub kept: Vec<usize>,
 }
 
+impl Statement {
+    /// Returns what it reads.
+    pub fn operands(&self) -> impl Iterator<Item = &Operand> {
+        let (terms, operands): (&[Term], &[Operand]) = match self {
+            Self::Sum(terms) => (terms, &[]),
+            Self::Call(_, operands) => (&[], operands),
+            Self::SineCosine(angle) => (&[], std::slice::from_ref(angle)),
+        };
+        terms.iter().flat_map(|term| &term.factors).chain(operands)
+    }
+}
+
 impl Shape {
     /// Returns the terms of all sums.
     pub fn terms(&self) -> impl Iterator<Item = &Term> {

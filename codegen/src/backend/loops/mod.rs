@@ -144,10 +144,11 @@ fn table(
     numbers: &mut Numbers,
 ) -> Table {
     let records = || order.iter().map(|&place| &kernel.records[place]);
+    let model = &kernel.records[order[0]];
     let mut columns: Vec<Vec<usize>> = Vec::new();
     let mut least: Vec<usize> = Vec::new();
     let mut found: Vec<(usize, isize)> = Vec::new();
-    let (reads, writes) = (kernel_reads(kernel), kernel.records[0].writes.len());
+    let (reads, writes) = (model.reads.len(), model.writes.len());
     for place in 0..reads + writes {
         let column: Vec<usize> = records()
             .map(|record| match place.checked_sub(reads) {
@@ -179,11 +180,10 @@ fn table(
         .into_iter()
         .map(|(column, distance)| (column, (distance + least[column] as isize) as usize))
         .collect();
-    let count = kernel.records[0].numbers.len();
     let mut listed = 0;
-    let forms: Vec<Number> = (0..count)
-        .map(|place| {
-            let first = kernel.records[0].numbers[place];
+    let numbers_of_model = model.numbers.iter().enumerate();
+    let forms: Vec<Number> = numbers_of_model
+        .map(|(place, &first)| {
             if records().all(|record| record.numbers[place].to_bits() == first.to_bits()) {
                 return Number::Same(first);
             }
@@ -210,8 +210,4 @@ fn table(
         numbers: forms,
         records,
     }
-}
-
-fn kernel_reads(kernel: &Kernel) -> usize {
-    kernel.records[0].reads.len()
 }

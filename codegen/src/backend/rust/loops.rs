@@ -7,10 +7,13 @@ use super::body::Bodies;
 use super::items::number;
 use crate::backend::literal::digits;
 use crate::backend::loops::{Loops, Number, Operand, Statement, Table, Term};
-use crate::program::{Function, Op};
+use crate::program::Function;
 
 /// Characters of data in one line.
 const LINE: usize = 120;
+
+/// The mnemonic of divisions.
+const DIVISION: &str = "div";
 
 /// Loops whose cells and numbers all have numbers of two bytes.
 const SHORT: usize = 1 << 16;
@@ -87,27 +90,25 @@ impl Text<'_> {
                 let cells: Vec<_> = record.iter().map(usize::to_string).collect();
                 format!("[{}]", cells.join(","))
             };
+            let item = format!("{name}_{kernel}");
             let records: Vec<_> = table.records.iter().map(row).collect();
             let list = format!("static {upper}_{kernel}: [[{place}; {columns}]; {count}]");
             data(lines, &list, &records);
             let records = format!("run(&{upper}_{kernel}, first, count)");
-            arms.push(match &table.shape.statements[..] {
-                [Statement::SineCosine(_)] => {
-                    let [angle, sine] =
-                        [table.reads[0], table.writes[0]].map(|(at, far)| format!("[{at}, {far}]"));
-                    format!("{kernel} => cells.sines({records}, {angle}, {sine}),")
-                }
-                _ => {
-                    lines.push("    #[inline(never)]".to_owned());
-                    lines.push(format!(
-                        "    fn {name}_{kernel}<S: Arithmetic>(cells: &mut {cells}, records: &[[{place}; {columns}]]) {{"
-                    ));
-                    lines.push("        for r in records {".to_owned());
-                    kernel_body(table, columns, lines);
-                    lines.push("        }\n    }".to_owned());
-                    format!("{kernel} => {name}_{kernel}(cells, {records}),")
-                }
-            });
+            if is_sine(table) {
+                let [angle, sine] =
+                    [table.reads[0], table.writes[0]].map(|(at, far)| format!("[{at}, {far}]"));
+                arms.push(format!("{kernel} => cells.sines({records}, {angle}, {sine}),"));
+                continue;
+            }
+            lines.push("    #[inline(never)]".to_owned());
+            lines.push(format!(
+                "    fn {item}<S: Arithmetic>(cells: &mut {cells}, records: &[[{place}; {columns}]]) {{"
+            ));
+            lines.push("        for r in records {".to_owned());
+            Body { table }.write(lines);
+            lines.push("        }\n    }".to_owned());
+            arms.push(format!("{kernel} => {item}(cells, {records}),"));
         }
         let mut done = vec![0; loops.kernels.len()];
         let run = |&(kernel, count): &(usize, usize)| {
@@ -144,92 +145,99 @@ impl Text<'_> {
     }
 }
 
-/// Writes the statements of a kernel for a record.
-fn kernel_body(table: &Table, columns: usize, lines: &mut Vec<String>) {
-    let mut widths = vec![0; columns];
-    for &(column, distance) in &table.reads {
-        widths[column] = widths[column].max(distance + 1);
-    }
-    let listed = table.numbers.iter().filter(|number| matches!(number, Number::Listed(_))).count();
-    if listed > 0 {
-        lines.push(format!(
-            "            let Some(n)=window::<_,{listed}>(&NUMBERS,r[{}].index()) else {{ break }};",
-            columns - 1
-        ));
-    }
-    let mut known = vec![false; columns];
-    let mut kept = table.shape.kept.iter().zip(&table.writes).peekable();
-    for (place, statement) in table.shape.statements.iter().enumerate() {
-        let mut line = String::from("            ");
-        for operand in operands(statement) {
-            let Operand::Read(at) = *operand else { continue };
-            let (column, _) = table.reads[at];
-            if !std::mem::replace(&mut known[column], true) {
-                let width = widths[column];
-                line.push_str(&format!("let c{column}=cells.window::<{width}>(r[{column}].index());"));
-            }
-        }
-        line.push_str(&format!("let v{place}={};", value(statement, table)));
-        if let Some((_, (column, distance))) = kept.next_if(|(at, _)| **at == place) {
-            line.push_str(&format!("cells.put(r[{column}].index()+{distance},v{place});"));
-        }
-        lines.push(line);
-    }
+fn is_sine(table: &Table) -> bool {
+    matches!(table.shape.statements[..], [Statement::SineCosine(_)])
 }
 
-fn operands(statement: &Statement) -> Vec<&Operand> {
-    match statement {
-        Statement::Sum(terms) => terms.iter().flat_map(|term| &term.factors).collect(),
-        Statement::Call(_, operands) => operands.iter().collect(),
-        Statement::SineCosine(angle) => vec![angle],
-    }
+/// The statements of a kernel.
+struct Body<'a> {
+    table: &'a Table,
 }
 
-fn value(statement: &Statement, table: &Table) -> String {
-    let operand = |operand: &Operand| match *operand {
-        Operand::Read(place) => {
-            let (column, distance) = table.reads[place];
-            format!("c{column}[{distance}]")
+impl Body<'_> {
+    fn write(&self, lines: &mut Vec<String>) {
+        let table = self.table;
+        let listed = table.numbers.iter().filter(|number| matches!(number, Number::Listed(_)));
+        let listed = listed.count();
+        let columns = table.records[0].len() - usize::from(listed > 0);
+        if listed > 0 {
+            lines.push(format!(
+                "            let Some(n)=window::<_,{listed}>(&NUMBERS,r[{columns}].index()) else {{ break }};"
+            ));
         }
-        Operand::Own(place) => format!("v{place}"),
-        Operand::Number(place) => match table.numbers[place] {
-            Number::Same(number) => format!("S::from_f64({})", literal(number)),
-            Number::Listed(distance) => {
-                format!("S::from_f64(n[{distance}])")
+        let mut widths = vec![0; columns];
+        for &(column, distance) in &table.reads {
+            widths[column] = widths[column].max(distance + 1);
+        }
+        let mut known = vec![false; columns];
+        let mut kept = table.shape.kept.iter().zip(&table.writes).peekable();
+        for (place, statement) in table.shape.statements.iter().enumerate() {
+            let mut line = String::from("            ");
+            for operand in statement.operands() {
+                let Operand::Read(at) = *operand else { continue };
+                let (column, _) = table.reads[at];
+                if !std::mem::replace(&mut known[column], true) {
+                    let width = widths[column];
+                    line.push_str(&format!(
+                        "let c{column}=cells.window::<{width}>(r[{column}].index());"
+                    ));
+                }
             }
-        },
-    };
-    match statement {
-        Statement::Sum(terms) => {
-            let mut sum: Option<String> = None;
-            for Term { is_negative, factors } in terms {
-                let factors: Vec<_> = factors.iter().map(operand).collect();
-                let sign = if *is_negative { "-" } else { "" };
-                sum = Some(match (sum, &factors[..]) {
-                    (None, _) => format!("{sign}{}", factors.join("*")),
-                    (Some(sum), [term]) => {
-                        format!("{sum}{}{term}", if *is_negative { "-" } else { "+" })
-                    }
-                    (Some(sum), [others @ .., last]) => {
-                        let others = match others {
-                            [other] => format!("{sign}{other}"),
-                            _ => format!("{sign}({})", others.join("*")),
-                        };
-                        format!("S::mul_add({others},{last},{sum})")
-                    }
-                    (Some(sum), []) => sum,
+            line.push_str(&format!("let v{place}={};", self.value(statement)));
+            if let Some((_, (column, distance))) = kept.next_if(|(at, _)| **at == place) {
+                line.push_str(&format!("cells.put(r[{column}].index()+{distance},v{place});"));
+            }
+            lines.push(line);
+        }
+    }
+
+    fn operand(&self, operand: &Operand) -> String {
+        match *operand {
+            Operand::Read(at) => {
+                let (column, distance) = self.table.reads[at];
+                format!("c{column}[{distance}]")
+            }
+            Operand::Own(place) => format!("v{place}"),
+            Operand::Number(place) => match self.table.numbers[place] {
+                Number::Same(number) => format!("S::from_f64({})", literal(number)),
+                Number::Listed(distance) => format!("S::from_f64(n[{distance}])"),
+            },
+        }
+    }
+
+    fn value(&self, statement: &Statement) -> String {
+        let join = |operands: &[Operand], by: &str| {
+            let operands: Vec<_> = operands.iter().map(|operand| self.operand(operand)).collect();
+            operands.join(by)
+        };
+        match statement {
+            Statement::Sum(terms) => {
+                let sum = terms.iter().fold(None, |sum: Option<String>, term| {
+                    let Term { is_negative, factors } = term;
+                    let sign = if *is_negative { "-" } else { "" };
+                    Some(match (sum, &factors[..]) {
+                        (None, factors) => format!("{sign}{}", join(factors, "*")),
+                        (Some(sum), [term]) => {
+                            let sign = if *is_negative { "-" } else { "+" };
+                            format!("{sum}{sign}{}", self.operand(term))
+                        }
+                        (Some(sum), [factor, last]) => {
+                            let [factor, last] = [factor, last].map(|it| self.operand(it));
+                            format!("S::mul_add({sign}{factor},{last},{sum})")
+                        }
+                        (Some(sum), factors) => {
+                            let (last, others) = factors.split_last().unwrap_or((&factors[0], &[]));
+                            let last = self.operand(last);
+                            format!("S::mul_add({sign}({}),{last},{sum})", join(others, "*"))
+                        }
+                    })
                 });
+                sum.unwrap_or_else(|| "S::ZERO".to_owned())
             }
-            sum.unwrap_or_else(|| "S::ZERO".to_owned())
+            Statement::Call(DIVISION, operands) => join(operands, "/"),
+            Statement::Call(name, operands) => format!("S::{name}({})", join(operands, ",")),
+            Statement::SineCosine(_) => unreachable!("sines have a loop of their own"),
         }
-        Statement::Call(name, operands) => {
-            let operands: Vec<_> = operands.iter().map(operand).collect();
-            match (*name == Op::Div(crate::program::Value(0), crate::program::Value(0)).mnemonic(), &operands[..]) {
-                (true, [x, y]) => format!("{x}/{y}"),
-                _ => format!("S::{name}({})", operands.join(",")),
-            }
-        }
-        Statement::SineCosine(_) => unreachable!("sines have a loop of their own"),
     }
 }
 
