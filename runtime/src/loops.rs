@@ -1,32 +1,15 @@
 //! Functions of long mechanisms as loops over records: what the kernels of a generated module are made of.
 //!
 //! The values that kernels hand to each other are in [`Cells`]. A record of a kernel says where its values are: each is at some
-//! distance from a column of the record.
+//! distance from a column of the record, which is the number of a cell.
 
 use crate::Arithmetic;
 
 /// Angles whose sines are computed together.
 const ANGLES: usize = 8;
 
-/// The number of a cell: `u16`, or `u32` where there are more.
-pub trait Place: Copy {
-    /// The number.
-    fn index(self) -> usize;
-}
-
-impl Place for u16 {
-    #[inline]
-    fn index(self) -> usize {
-        usize::from(self)
-    }
-}
-
-impl Place for u32 {
-    #[inline]
-    fn index(self) -> usize {
-        self as usize
-    }
-}
+/// Digits of a number in the text of records.
+const DIGITS: usize = 3;
 
 /// Values of a function in the making.
 #[derive(Debug)]
@@ -40,23 +23,16 @@ impl<S: Arithmetic, const N: usize> Default for Cells<S, N> {
 }
 
 impl<S: Arithmetic, const N: usize> Cells<S, N> {
-    /// The value of a cell.
+    /// The values of the first K cells from a column on. There is one check for all of them.
     #[inline]
-    pub fn get(&self, cell: usize) -> S {
-        let [value] = self.window(cell);
-        value
+    pub fn get<const K: usize>(&self, column: u16) -> [S; K] {
+        entries(&self.0, column).copied().unwrap_or([S::ZERO; K])
     }
 
-    /// The values of several cells that follow one another. There is one check for all of them.
+    /// Puts a value at a distance from a column.
     #[inline]
-    pub fn window<const K: usize>(&self, first: usize) -> [S; K] {
-        window(&self.0, first).copied().unwrap_or([S::ZERO; K])
-    }
-
-    /// Puts a value into a cell.
-    #[inline]
-    pub fn put(&mut self, cell: usize, value: S) {
-        if let Some(cell) = self.0.get_mut(cell) {
+    pub fn put(&mut self, column: u16, distance: usize, value: S) {
+        if let Some(cell) = self.0.get_mut(usize::from(column) + distance) {
             *cell = value;
         }
     }
@@ -71,46 +47,75 @@ impl<S: Arithmetic, const N: usize> Cells<S, N> {
 
     /// Writes the entries of an output that are not zero: each is an index and a cell.
     #[inline]
-    pub fn give(&self, output: &mut [S], entries: &[[impl Place; 2]]) {
+    pub fn give(&self, output: &mut [S], entries: &[[u16; 2]]) {
         output.fill(S::ZERO);
         for &[index, cell] in entries {
-            if let Some(entry) = output.get_mut(index.index()) {
-                *entry = self.get(cell.index());
+            if let Some(entry) = output.get_mut(usize::from(index)) {
+                [*entry] = self.get(cell);
             }
         }
     }
 
-    /// Puts sine and cosine of angles: `angle` and `sine` are a column and a distance each, the cosine follows the sine.
+    /// Puts sine and cosine of angles: each record has the cells of an angle and of its sine, which the cosine follows.
     #[inline]
-    pub fn sines<P: Place, const C: usize>(
-        &mut self,
-        records: &[[P; C]],
-        angle: [usize; 2],
-        sine: [usize; 2],
-    ) {
+    pub fn sines(&mut self, records: &[[u16; 2]]) {
         for records in records.chunks(ANGLES) {
-            let of = |k: usize| {
-                records.get(k).map_or(S::ZERO, |record| self.get(record[angle[0]].index() + angle[1]))
-            };
+            let of = |k: usize| records.get(k).map_or([S::ZERO], |&[angle, _]| self.get(angle))[0];
             let found = S::sin_cos_all::<ANGLES>(core::array::from_fn(of));
-            for (record, (of_sine, of_cosine)) in records.iter().zip(found) {
-                let cell = record[sine[0]].index() + sine[1];
-                self.put(cell, of_sine);
-                self.put(cell + 1, of_cosine);
+            for (&[_, place], (sine, cosine)) in records.iter().zip(found) {
+                self.put(place, 0, sine);
+                self.put(place, 1, cosine);
             }
         }
     }
 }
 
-/// Several entries of a list that follow one another, if it has so many.
+/// Entries of a list from a place on, if it has so many.
 #[inline]
-pub fn window<T, const K: usize>(list: &[T], first: usize) -> Option<&[T; K]> {
-    list.get(first..)?.first_chunk()
+pub fn entries<T, const K: usize>(list: &[T], first: u16) -> Option<&[T; K]> {
+    list.get(usize::from(first)..)?.first_chunk()
 }
 
 /// The records of a run.
 #[inline]
-pub fn run<T, P: Place>(records: &[T], first: P, count: P) -> &[T] {
-    let first = first.index();
-    records.get(first..first + count.index()).unwrap_or_default()
+pub fn run<T>(records: &[T], first: u16, count: u16) -> &[T] {
+    let first = usize::from(first);
+    records.get(first..first + usize::from(count)).unwrap_or_default()
+}
+
+/// Reads records from their text.
+#[must_use]
+pub const fn records<const C: usize, const N: usize>(text: &str) -> [[u16; C]; N] {
+    let mut records = [[0; C]; N];
+    let mut place = 0;
+    while place < C * N {
+        records[place / C][place % C] = number(text, place);
+        place += 1;
+    }
+    records
+}
+
+/// Reads numbers of a list from the text of their places.
+#[must_use]
+pub const fn numbers<const N: usize>(list: &[f64], text: &str) -> [f64; N] {
+    let mut numbers = [0.0; N];
+    let mut place = 0;
+    while place < N {
+        numbers[place] = list[number(text, place) as usize];
+        place += 1;
+    }
+    numbers
+}
+
+/// A number of a text: digits of base 92, the last one first, are printable characters of ASCII without blank, `"` and `\`.
+const fn number(text: &str, place: usize) -> u16 {
+    let text = text.as_bytes();
+    let (mut value, mut digit) = (0, DIGITS);
+    while digit > 0 {
+        digit -= 1;
+        let byte = text[DIGITS * place + digit];
+        let skipped = (byte > b'"') as u16 + (byte > b'\\') as u16;
+        value = 92 * value + (byte - b'!') as u16 - skipped;
+    }
+    value
 }

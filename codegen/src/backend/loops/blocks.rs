@@ -81,11 +81,16 @@ impl Shape {
         })
     }
 
-    /// Returns the shape without its signs.
-    pub fn unsigned(&self) -> Self {
+    /// Whether it is a sine and a cosine.
+    pub fn is_sine(&self) -> bool {
+        matches!(self.statements[..], [Statement::SineCosine(_)])
+    }
+
+    /// Returns the statements without their signs.
+    pub fn unsigned(&self) -> Vec<Statement> {
         let mut shape = self.clone();
         shape.terms_mut().for_each(|term| term.is_negative = false);
-        shape
+        shape.statements
     }
 }
 
@@ -98,8 +103,8 @@ pub struct Block {
     pub reads: Vec<Value>,
     /// The numbers of the model.
     pub numbers: Vec<f64>,
-    /// The values of the statements that are kept.
-    pub writes: Vec<Value>,
+    /// The values of the statements; of sine and cosine there are two.
+    pub values: Vec<Value>,
 }
 
 /// How a value is computed: what terms and statements are sorted by.
@@ -118,12 +123,20 @@ enum Key {
     Call(&'static str, Vec<usize>),
 }
 
+/// What terms and statements are sorted by: first how they are computed but for signs, so that what differs in signs alone
+/// has the same order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Label {
+    unsigned: usize,
+    signed: usize,
+}
+
 /// Makes blocks of nodes.
 pub struct Blocks<'a> {
     nodes: &'a Nodes,
     labels: HashMap<Key, usize>,
-    /// By value: its label where it is read by other sections.
-    outside: HashMap<Value, usize>,
+    /// By value: its label where it is read by other groups.
+    outside: HashMap<Value, Label>,
 }
 
 impl<'a> Blocks<'a> {
@@ -131,9 +144,9 @@ impl<'a> Blocks<'a> {
         let mut blocks = Self { nodes, labels: HashMap::new(), outside: HashMap::new() };
         for &value in nodes.list.keys() {
             let group = nodes.group(value);
-            let label = blocks.key(value, &|blocks, operand| match blocks.outside.get(&operand) {
+            let label = blocks.label_of(value, &|blocks, operand| match blocks.outside.get(&operand) {
                 Some(&label) if nodes.group(operand) == group => label,
-                _ => blocks.label(Key::Elsewhere(nodes.section(operand).phase)),
+                _ => blocks.plain(Key::Elsewhere(nodes.section(operand).phase)),
             });
             blocks.outside.insert(value, label);
         }
@@ -143,10 +156,10 @@ impl<'a> Blocks<'a> {
     /// Returns the block of these values.
     pub fn block(&mut self, members: &[Value]) -> Block {
         let nodes = self.nodes;
-        let mut own: BTreeMap<Value, usize> = BTreeMap::new();
+        let mut own: BTreeMap<Value, Label> = BTreeMap::new();
         for &value in members {
             let subject = nodes.section(value).subject;
-            let label = self.key(value, &|blocks, operand| match own.get(&operand) {
+            let label = self.label_of(value, &|blocks, operand| match own.get(&operand) {
                 Some(&label) => label,
                 None => blocks.from_outside(operand, subject),
             });
@@ -165,7 +178,7 @@ impl<'a> Blocks<'a> {
                 shape: Shape { statements: Vec::new(), kept: Vec::new() },
                 reads: Vec::new(),
                 numbers: Vec::new(),
-                writes: Vec::new(),
+                values: Vec::new(),
             },
         };
         for value in order {
@@ -175,10 +188,13 @@ impl<'a> Blocks<'a> {
     }
 
     /// Returns the label of a value that a section with this subject reads from another one.
-    fn from_outside(&mut self, value: Value, subject: Subject) -> usize {
-        let label = self.outside.get(&value).copied().unwrap_or(usize::MAX);
+    fn from_outside(&mut self, value: Value, subject: Subject) -> Label {
         let is_same = self.nodes.section(value).subject == subject;
-        self.label(Key::Outside(label, is_same))
+        let none = Label { unsigned: usize::MAX, signed: usize::MAX };
+        let Label { unsigned, signed } = self.outside.get(&value).copied().unwrap_or(none);
+        let [unsigned, signed] =
+            [unsigned, signed].map(|label| self.label(Key::Outside(label, is_same)));
+        Label { unsigned, signed }
     }
 
     fn label(&mut self, key: Key) -> usize {
@@ -186,42 +202,57 @@ impl<'a> Blocks<'a> {
         *self.labels.entry(key).or_insert(next)
     }
 
+    /// Returns the label of what has no signs.
+    fn plain(&mut self, key: Key) -> Label {
+        let label = self.label(key);
+        Label { unsigned: label, signed: label }
+    }
+
     /// Returns the label of a leaf, or else what `other` says.
     fn of_operand(
         &mut self,
         operand: Value,
-        other: &impl Fn(&mut Self, Value) -> usize,
-    ) -> usize {
+        other: &impl Fn(&mut Self, Value) -> Label,
+    ) -> Label {
         match self.nodes.leaf(operand) {
-            Some(Leaf::Number(_)) => self.label(Key::Number),
-            Some(Leaf::Argument(argument)) => self.label(Key::Argument(argument)),
-            Some(Leaf::Sine) => self.label(Key::Sine),
-            Some(Leaf::Cosine) => self.label(Key::Cosine),
+            Some(Leaf::Number(_)) => self.plain(Key::Number),
+            Some(Leaf::Argument(argument)) => self.plain(Key::Argument(argument)),
+            Some(Leaf::Sine) => self.plain(Key::Sine),
+            Some(Leaf::Cosine) => self.plain(Key::Cosine),
             None => other(self, operand),
         }
     }
 
-    fn key(&mut self, value: Value, other: &impl Fn(&mut Self, Value) -> usize) -> usize {
+    /// Returns the label of a node.
+    fn label_of(&mut self, value: Value, other: &impl Fn(&mut Self, Value) -> Label) -> Label {
         let nodes = self.nodes;
-        let key = match &nodes.list[&value] {
-            Node::Sum(terms) => {
-                let mut keys = Vec::with_capacity(terms.len());
-                for term in terms {
-                    let mut factors: Vec<usize> =
-                        term.factors.iter().map(|&factor| self.of_operand(factor, other)).collect();
-                    factors.sort_unstable();
-                    let has_number = term.number.is_some();
-                    keys.push((has_number, term.is_negative && !has_number, factors));
-                }
-                keys.sort();
-                Key::Sum(keys)
+        let node = &nodes.list[&value];
+        let labels: HashMap<Value, Label> =
+            node.operands().map(|operand| (operand, self.of_operand(operand, other))).collect();
+        let unsigned = self.label(key(node, |operand| labels[&operand].unsigned, false));
+        let signed = self.label(key(node, |operand| labels[&operand].signed, true));
+        Label { unsigned, signed }
+    }
+}
+
+/// How a node is computed from operands with labels, with or without its signs.
+fn key(node: &Node, label: impl Fn(Value) -> usize, has_signs: bool) -> Key {
+    match node {
+        Node::Sum(terms) => {
+            let mut keys = Vec::with_capacity(terms.len());
+            for term in terms {
+                let mut factors: Vec<usize> =
+                    term.factors.iter().map(|&factor| label(factor)).collect();
+                factors.sort_unstable();
+                let has_number = term.number.is_some();
+                keys.push((has_number, has_signs && term.is_negative && !has_number, factors));
             }
-            Node::Call(name, operands) => {
-                let labels = operands.iter().map(|&operand| self.of_operand(operand, other));
-                Key::Call(name, labels.collect())
-            }
-        };
-        self.label(key)
+            keys.sort();
+            Key::Sum(keys)
+        }
+        Node::Call(name, operands) => {
+            Key::Call(name, operands.iter().map(|&operand| label(operand)).collect())
+        }
     }
 }
 
@@ -239,7 +270,7 @@ struct Writing<'a> {
     nodes: &'a Nodes,
     subject: Subject,
     /// Labels of the values of the block.
-    own: &'a BTreeMap<Value, usize>,
+    own: &'a BTreeMap<Value, Label>,
     /// The statement of each value that is written.
     places: HashMap<Value, usize>,
     /// The place of each value in the list of reads.
@@ -291,9 +322,9 @@ impl Writing<'_> {
             let place = self.block.shape.statements.len();
             self.block.shape.statements.push(statement);
             self.places.insert(next, place);
+            self.block.values.push(next);
             if self.nodes.is_shared(next) || self.own.len() == 1 {
                 self.block.shape.kept.push(place);
-                self.block.writes.push(next);
             }
         }
     }
@@ -312,12 +343,13 @@ impl Writing<'_> {
         let mut sorted: Vec<_> = terms
             .iter()
             .map(|term| {
-                let mut factors: Vec<(usize, Value)> =
+                let mut factors: Vec<(Label, Value)> =
                     term.factors.iter().map(|&factor| (self.label(factor, blocks), factor)).collect();
                 factors.sort_unstable();
                 let (labels, factors): (Vec<_>, Vec<_>) = factors.into_iter().unzip();
                 let has_number = term.number.is_some();
-                let key = (has_number, labels, term.is_negative && !has_number);
+                let unsigned: Vec<_> = labels.iter().map(|label: &Label| label.unsigned).collect();
+                let key = (has_number, unsigned, labels, term.is_negative && !has_number);
                 (key, Some((term.is_negative, term.number)), factors)
             })
             .collect();
@@ -325,7 +357,7 @@ impl Writing<'_> {
         sorted.into_iter().map(|(_, term, factors)| (term, factors)).collect()
     }
 
-    fn label(&self, value: Value, blocks: &mut Blocks) -> usize {
+    fn label(&self, value: Value, blocks: &mut Blocks) -> Label {
         let own = self.own;
         blocks.of_operand(value, &|blocks, operand| match own.get(&operand) {
             Some(&label) => label,

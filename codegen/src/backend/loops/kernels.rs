@@ -1,6 +1,6 @@
 //! Blocks of one shape as records of one kernel.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::blocks::{Block, Blocks, Operand, Shape, Statement};
 use super::nodes::Nodes;
@@ -35,14 +35,15 @@ pub fn kernels(function: &Function) -> Vec<Kernel> {
     for &[angle, sine, cosine] in &nodes.angles {
         let statement = Statement::SineCosine(Operand::Read(0));
         let shape = Shape { statements: vec![statement], kept: vec![0] };
-        found.add(Block { shape, reads: vec![angle], numbers: Vec::new(), writes: vec![sine, cosine] });
+        let values = vec![sine, cosine];
+        found.add(Block { shape, reads: vec![angle], numbers: Vec::new(), values });
     }
     let mut blocks = Blocks::of(&nodes);
     let whole: Vec<Option<Block>> = groups
         .values()
         .map(|members| (members.len() > 1).then(|| blocks.block(members)))
         .collect();
-    let mut counts: HashMap<Shape, usize> = HashMap::new();
+    let mut counts: HashMap<Vec<Statement>, usize> = HashMap::new();
     for block in whole.iter().flatten() {
         *counts.entry(block.shape.unsigned()).or_insert(0) += 1;
     }
@@ -71,16 +72,25 @@ pub fn kernels(function: &Function) -> Vec<Kernel> {
     found.list.into_iter().map(kernel).collect()
 }
 
-/// Blocks whose shapes differ in signs alone.
+/// Blocks whose shapes differ in signs and in what is kept alone.
 type Alike = Vec<Block>;
 
-/// The kernel of blocks: the sign of a term that is subtracted in some of them is a number, 1 or -1.
+/// The kernel of blocks. It keeps what any of them does, and the sign of a term that is subtracted in some of them is a number,
+/// 1 or -1.
 fn kernel(alike: Alike) -> Kernel {
     let mut shape = alike[0].shape.clone();
     let mut records: Vec<Record> = Vec::with_capacity(alike.len());
     let mut signs: Vec<Vec<bool>> = Vec::with_capacity(alike.len());
-    for Block { shape, reads, numbers, writes } in alike {
-        signs.push(shape.terms().map(|term| term.is_negative).collect());
+    let kept: BTreeSet<usize> =
+        alike.iter().flat_map(|block| &block.shape.kept).copied().collect();
+    shape.kept = kept.into_iter().collect();
+    let is_sine = shape.is_sine();
+    for Block { shape: own, reads, numbers, values } in alike {
+        signs.push(own.terms().map(|term| term.is_negative).collect());
+        let writes = match is_sine {
+            true => values,
+            false => shape.kept.iter().map(|&place| values[place]).collect(),
+        };
         records.push(Record { reads, numbers, writes });
     }
     for (place, term) in shape.terms_mut().enumerate() {
@@ -99,7 +109,7 @@ fn kernel(alike: Alike) -> Kernel {
 #[derive(Default)]
 struct Kernels {
     list: Vec<Alike>,
-    places: HashMap<Shape, usize>,
+    places: HashMap<Vec<Statement>, usize>,
 }
 
 impl Kernels {

@@ -26,6 +26,7 @@ const FAR: usize = 1024;
 pub struct Loops {
     /// The arguments that it reads, and the cell at which each begins.
     pub arguments: Vec<(Argument, usize)>,
+    /// The kernels.
     pub kernels: Vec<Table>,
     /// The kernel of each run, and how many of its records follow.
     pub runs: Vec<(usize, usize)>,
@@ -38,8 +39,10 @@ pub struct Loops {
 /// A kernel and its records, in the order of the runs.
 #[derive(Clone, Debug)]
 pub struct Table {
+    /// What the loop does for each record.
     pub shape: Shape,
-    /// The column and the distance from it at which a record finds what it reads, by place.
+    /// The column and the distance from it at which a record finds what it reads, by place. Angles, sines and cosines have columns of
+    /// their own.
     pub reads: Vec<(usize, usize)>,
     /// The column and the distance of what it computes, by place.
     pub writes: Vec<(usize, usize)>,
@@ -58,9 +61,10 @@ pub enum Number {
     Listed(usize),
 }
 
-/// The numbers of the model that the records of a module read.
+/// The numbers of the model that the records of a module read: those of each record follow one another.
 #[derive(Clone, Debug, Default)]
 pub struct Numbers {
+    /// In the order of their first use.
     pub list: Vec<f64>,
     places: HashMap<Vec<u64>, usize>,
 }
@@ -145,6 +149,7 @@ fn table(
 ) -> Table {
     let records = || order.iter().map(|&place| &kernel.records[place]);
     let model = &kernel.records[order[0]];
+    let is_sine = kernel.shape.is_sine();
     let mut columns: Vec<Vec<usize>> = Vec::new();
     let mut least: Vec<usize> = Vec::new();
     let mut found: Vec<(usize, isize)> = Vec::new();
@@ -159,7 +164,7 @@ fn table(
         let distance = |other: &Vec<usize>| {
             let distance = column[0] as isize - other[0] as isize;
             let keeps = |(&a, &b): (&usize, &usize)| a as isize - b as isize == distance;
-            let is_near = distance.unsigned_abs() <= FAR;
+            let is_near = distance.unsigned_abs() <= FAR && (!is_sine || place > reads);
             (is_near && column.iter().zip(other).all(keeps)).then_some(distance)
         };
         let shared = columns.iter().enumerate().find_map(|(at, other)| Some((at, distance(other)?)));

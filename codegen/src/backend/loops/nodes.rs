@@ -26,6 +26,17 @@ pub enum Node {
     Call(&'static str, Vec<Value>),
 }
 
+impl Node {
+    /// What it reads.
+    pub fn operands(&self) -> impl Iterator<Item = Value> {
+        let (terms, operands): (&[NodeTerm], &[Value]) = match self {
+            Self::Sum(terms) => (terms, &[]),
+            Self::Call(_, operands) => (&[], operands),
+        };
+        terms.iter().flat_map(|term| &term.factors).chain(operands).copied()
+    }
+}
+
 /// A function as nodes.
 pub struct Nodes {
     /// Operands always precede.

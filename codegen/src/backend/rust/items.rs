@@ -102,8 +102,8 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let batch = batch(program, choice, &fields);
     let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
     let table = bodies.table();
-    let tables = bodies.tables();
     let loops = bodies.loops();
+    let tables = bodies.tables();
     let (parts, texts) = bodies.finish();
     let parts = parts_of(program, &syntax, &parts);
     let tokens = quote! {

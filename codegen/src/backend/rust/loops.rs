@@ -15,23 +15,28 @@ const LINE: usize = 120;
 /// The mnemonic of divisions.
 const DIVISION: &str = "div";
 
-/// Loops whose cells and numbers all have numbers of two bytes.
-const SHORT: usize = 1 << 16;
+/// Cells and numbers that records can name: they have two bytes for each.
+const MOST: usize = 1 << 16;
 
 impl Bodies<'_> {
-    /// Returns the call that evaluates a function as loops, which become items of the module `loops`.
+    /// Returns the call that evaluates a function as loops, which become items of the module `loops`; a table for a function that is
+    /// too long for that.
     pub(super) fn write_loops(&mut self, function: &Function) -> TokenStream {
-        let loops = Loops::of(function, &self.program.interface, &mut self.loop_numbers);
+        let mut numbers = self.loop_numbers.clone();
+        let loops = Loops::of(function, &self.program.interface, &mut numbers);
+        if loops.cells.max(numbers.list.len()) > MOST {
+            return self.write_table(function);
+        }
+        self.loop_numbers = numbers;
         let name = function.kind.name();
         let arguments: Vec<_> =
             loops.arguments.iter().map(|&(argument, _)| self.array(argument)).collect();
         let outputs = function.outputs.iter().map(|output| format_ident!("{}", output.name));
         let (item, scalar) = (format_ident!("{name}"), &self.syntax.scalar);
-        let call = quote! {
-            loops::#item::<#scalar>([#(#arguments),*], [#(#outputs),*]);
-        };
         self.loops.push((name.to_owned(), loops));
-        call
+        quote! {
+            loops::#item::<#scalar>([#(#arguments),*], [#(#outputs),*]);
+        }
     }
 
     /// Returns the module of the loops, if there are any.
@@ -39,28 +44,26 @@ impl Bodies<'_> {
         if self.loops.is_empty() {
             return TokenStream::new();
         }
-        let numbers = &self.loop_numbers.list;
-        let length = numbers.len();
-        let most = self.loops.iter().map(|(_, loops)| loops.cells).max().unwrap_or(0);
-        let place = if most.max(numbers.len()) <= SHORT { "u16" } else { "u32" };
         let mut lines = vec![
             "    use ::lamc_runtime::Arithmetic;".to_owned(),
-            "    use ::lamc_runtime::loops::{Cells, Place, run, window};".to_owned(),
+            "    use ::lamc_runtime::loops::{Cells, entries, numbers, records, run};".to_owned(),
         ];
-        let numbers: Vec<_> = numbers.iter().map(|&number| literal(number)).collect();
-        data(&mut lines, &format!("static NUMBERS: [f64; {length}]"), &numbers);
+        let numbers = std::mem::take(&mut self.loop_numbers).list;
+        let places: Vec<usize> = numbers.iter().map(|&number| self.numbers.place(number)).collect();
+        let declaration = format!("static NUMBERS: [f64; {}]", places.len());
+        data(&mut lines, &declaration, "numbers(&super::tables::NUMBERS, ", places);
         for (name, loops) in std::mem::take(&mut self.loops) {
-            Text { name: &name, loops: &loops, place, lines: &mut lines }.write();
+            write(&name, &loops, &mut lines);
         }
         self.texts.push(lines.join("\n"));
         let index = number(self.texts.len() - 1);
         quote! {
-            /// Functions as loops over records, and the numbers of the model that they read, SI.
+            /// Functions as loops over records.
+            #[rustfmt::skip]
             #[allow(
                 clippy::all, clippy::approx_constant, clippy::excessive_precision,
-                reason = "numbers of the drawing"
+                reason = "numbers of the drawing; statements of one form"
             )]
-            #[rustfmt::skip]
             mod loops {
                 __body!(#index);
             }
@@ -68,85 +71,57 @@ impl Bodies<'_> {
     }
 }
 
-/// The text of a function.
-struct Text<'a> {
-    name: &'a str,
-    loops: &'a Loops,
-    /// The type of a record's entries.
-    place: &'static str,
-    lines: &'a mut Vec<String>,
-}
-
-impl Text<'_> {
-    fn write(self) {
-        let Self { name, loops, place, lines } = self;
-        let upper = name.to_uppercase();
-        let cells = format!("Cells<S, {}>", loops.cells);
-        let mut arms = Vec::new();
-        for (kernel, table) in loops.kernels.iter().enumerate() {
-            let columns = table.records.first().map_or(0, Vec::len);
-            let count = table.records.len();
-            let row = |record: &Vec<usize>| {
-                let cells: Vec<_> = record.iter().map(usize::to_string).collect();
-                format!("[{}]", cells.join(","))
-            };
-            let item = format!("{name}_{kernel}");
-            let records: Vec<_> = table.records.iter().map(row).collect();
-            let list = format!("static {upper}_{kernel}: [[{place}; {columns}]; {count}]");
-            data(lines, &list, &records);
-            let records = format!("run(&{upper}_{kernel}, first, count)");
-            if is_sine(table) {
-                let [angle, sine] =
-                    [table.reads[0], table.writes[0]].map(|(at, far)| format!("[{at}, {far}]"));
-                arms.push(format!("{kernel} => cells.sines({records}, {angle}, {sine}),"));
-                continue;
-            }
-            lines.push("    #[inline(never)]".to_owned());
-            lines.push(format!(
-                "    fn {item}<S: Arithmetic>(cells: &mut {cells}, records: &[[{place}; {columns}]]) {{"
-            ));
-            lines.push("        for r in records {".to_owned());
-            Body { table }.write(lines);
-            lines.push("        }\n    }".to_owned());
-            arms.push(format!("{kernel} => {item}(cells, {records}),"));
+/// Writes the items of a function.
+fn write(name: &str, loops: &Loops, lines: &mut Vec<String>) {
+    let upper = name.to_uppercase();
+    let cells = format!("Cells<S, {}>", loops.cells);
+    let mut arms = Vec::new();
+    for (kernel, table) in loops.kernels.iter().enumerate() {
+        let columns = table.records.first().map_or(0, Vec::len);
+        let (list, item) = (format!("{upper}_{kernel}"), format!("{name}_{kernel}"));
+        write_records(lines, &list, &table.records);
+        let records = format!("run(&{list}, first, count)");
+        if table.shape.is_sine() {
+            arms.push(format!("{kernel} => cells.sines({records}),"));
+            continue;
         }
-        let mut done = vec![0; loops.kernels.len()];
-        let run = |&(kernel, count): &(usize, usize)| {
-            let first = done[kernel];
-            done[kernel] += count;
-            format!("[{kernel},{first},{count}]")
-        };
-        let runs: Vec<_> = loops.runs.iter().map(run).collect();
-        data(lines, &format!("static {upper}_RUNS: [[{place}; 3]; {}]", runs.len()), &runs);
-        for (output, entries) in loops.outputs.iter().enumerate() {
-            let entries: Vec<_> =
-                entries.iter().map(|(index, cell)| format!("[{index},{cell}]")).collect();
-            let list = format!("static {upper}_OUTPUT_{output}: [[{place}; 2]; {}]", entries.len());
-            data(lines, &list, &entries);
-        }
+        lines.push("    #[inline(never)]".to_owned());
         lines.push(format!(
-            "    pub fn {name}<S: Arithmetic>(arguments: [&[S]; {}], outputs: [&mut [S]; {}]) {{",
-            loops.arguments.len(),
-            loops.outputs.len()
+            "    fn {item}<S: Arithmetic>(cells: &mut {cells}, records: &[[u16; {columns}]]) {{"
         ));
-        lines.push(format!("        let cells: &mut {cells} = &mut Cells::default();"));
-        for (index, (_, first)) in loops.arguments.iter().enumerate() {
-            lines.push(format!("        cells.take({first}, arguments[{index}]);"));
-        }
-        lines.push(format!("        for &[kernel, first, count] in &{upper}_RUNS {{\n            match kernel {{"));
-        lines.extend(arms.into_iter().map(|arm| format!("                {arm}")));
-        lines.push("                _ => {}\n            }\n        }".to_owned());
-        let outputs: Vec<_> = (0..loops.outputs.len()).map(|output| format!("o{output}")).collect();
-        lines.push(format!("        let [{}] = outputs;", outputs.join(", ")));
-        for output in 0..loops.outputs.len() {
-            lines.push(format!("        cells.give(o{output}, &{upper}_OUTPUT_{output});"));
-        }
-        lines.push("    }".to_owned());
+        lines.push("        for r in records {".to_owned());
+        Body { table }.write(lines);
+        lines.push("        }\n    }".to_owned());
+        arms.push(format!("{kernel} => {item}(cells, {records}),"));
     }
-}
-
-fn is_sine(table: &Table) -> bool {
-    matches!(table.shape.statements[..], [Statement::SineCosine(_)])
+    let mut done = vec![0; loops.kernels.len()];
+    let run = |&(kernel, count): &(usize, usize)| {
+        done[kernel] += count;
+        vec![kernel, done[kernel] - count, count]
+    };
+    write_records(lines, &format!("{upper}_RUNS"), &loops.runs.iter().map(run).collect::<Vec<_>>());
+    for (output, entries) in loops.outputs.iter().enumerate() {
+        let entries: Vec<_> = entries.iter().map(|&(index, cell)| vec![index, cell]).collect();
+        write_records(lines, &format!("{upper}_OUTPUT_{output}"), &entries);
+    }
+    let [arguments, outputs] = [loops.arguments.len(), loops.outputs.len()];
+    lines.push(format!(
+        "    pub fn {name}<S: Arithmetic>(arguments: [&[S]; {arguments}], outputs: [&mut [S]; {outputs}]) {{"
+    ));
+    lines.push(format!("        let cells: &mut {cells} = &mut Cells::default();"));
+    for (index, (_, first)) in loops.arguments.iter().enumerate() {
+        lines.push(format!("        cells.take({first}, arguments[{index}]);"));
+    }
+    lines.push(format!("        for &[kernel, first, count] in &{upper}_RUNS {{"));
+    lines.push("            match kernel {".to_owned());
+    lines.extend(arms.into_iter().map(|arm| format!("                {arm}")));
+    lines.push("                _ => {}\n            }\n        }".to_owned());
+    let names: Vec<_> = (0..outputs).map(|output| format!("output_{output}")).collect();
+    lines.push(format!("        let [{}] = outputs;", names.join(", ")));
+    for (output, name) in names.iter().enumerate() {
+        lines.push(format!("        cells.give({name}, &{upper}_OUTPUT_{output});"));
+    }
+    lines.push("    }".to_owned());
 }
 
 /// The statements of a kernel.
@@ -162,7 +137,7 @@ impl Body<'_> {
         let columns = table.records[0].len() - usize::from(listed > 0);
         if listed > 0 {
             lines.push(format!(
-                "            let Some(n)=window::<_,{listed}>(&NUMBERS,r[{columns}].index()) else {{ break }};"
+                "            let Some(n)=entries::<_,{listed}>(&NUMBERS,r[{columns}]) else {{ break }};"
             ));
         }
         let mut widths = vec![0; columns];
@@ -178,14 +153,12 @@ impl Body<'_> {
                 let (column, _) = table.reads[at];
                 if !std::mem::replace(&mut known[column], true) {
                     let width = widths[column];
-                    line.push_str(&format!(
-                        "let c{column}=cells.window::<{width}>(r[{column}].index());"
-                    ));
+                    line.push_str(&format!("let c{column}=cells.get::<{width}>(r[{column}]);"));
                 }
             }
             line.push_str(&format!("let v{place}={};", self.value(statement)));
             if let Some((_, (column, distance))) = kept.next_if(|(at, _)| **at == place) {
-                line.push_str(&format!("cells.put(r[{column}].index()+{distance},v{place});"));
+                line.push_str(&format!("cells.put(r[{column}],{distance},v{place});"));
             }
             lines.push(line);
         }
@@ -225,11 +198,13 @@ impl Body<'_> {
                             let [factor, last] = [factor, last].map(|it| self.operand(it));
                             format!("S::mul_add({sign}{factor},{last},{sum})")
                         }
-                        (Some(sum), factors) => {
-                            let (last, others) = factors.split_last().unwrap_or((&factors[0], &[]));
-                            let last = self.operand(last);
-                            format!("S::mul_add({sign}({}),{last},{sum})", join(others, "*"))
+                        (Some(sum), [factors @ .., last]) => {
+                            let (factors, last) = (join(factors, "*"), self.operand(last));
+                            let product =
+                                if *is_negative { format!("-({factors})") } else { factors };
+                            format!("S::mul_add({product},{last},{sum})")
                         }
+                        (Some(_), []) => unreachable!("a term has a factor"),
                     })
                 });
                 sum.unwrap_or_else(|| "S::ZERO".to_owned())
@@ -246,17 +221,31 @@ fn literal(number: f64) -> String {
     format!("{sign}{}", digits(number.abs()))
 }
 
-/// Writes an array, several entries in a line.
-fn data(lines: &mut Vec<String>, declaration: &str, entries: &[String]) {
-    lines.push(format!("    {declaration} = ["));
-    let mut line = String::new();
-    for entry in entries {
-        if line.len() + entry.len() >= LINE {
-            lines.push(std::mem::take(&mut line));
-        }
-        line.push_str(entry);
-        line.push(',');
-    }
-    lines.push(line);
-    lines.push("    ];".to_owned());
+/// Writes records as text, which the runtime reads while the module is compiled.
+fn write_records(lines: &mut Vec<String>, name: &str, records: &[Vec<usize>]) {
+    let columns = records.first().map_or(2, Vec::len);
+    let declaration = format!("static {name}: [[u16; {columns}]; {}]", records.len());
+    data(lines, &declaration, "records(", records.iter().flatten().copied());
+}
+
+/// Writes numbers as text: see `lamc_runtime::loops`.
+fn data(
+    lines: &mut Vec<String>,
+    declaration: &str,
+    read: &str,
+    numbers: impl IntoIterator<Item = usize>,
+) {
+    const DIGITS: usize = 3;
+    let alphabet: Vec<u8> = (b'!'..=b'~').filter(|byte| !b"\"\\".contains(byte)).collect();
+    let digit = |mut number: usize| {
+        [(); DIGITS].map(|()| {
+            let digit = alphabet[number % alphabet.len()];
+            number /= alphabet.len();
+            char::from(digit)
+        })
+    };
+    let text: Vec<char> = numbers.into_iter().flat_map(digit).collect();
+    let parts: Vec<String> = text.chunks(LINE).map(|part| part.iter().collect()).collect();
+    lines.push(format!("    {declaration} = {read}\"\\"));
+    lines.push(format!("{}\");", parts.join("\\\n")));
 }

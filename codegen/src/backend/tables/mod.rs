@@ -32,7 +32,7 @@ impl Default for Numbers {
 
 impl Numbers {
     /// The index of a number, which is added if it is new.
-    fn place(&mut self, number: f64) -> usize {
+    pub fn place(&mut self, number: f64) -> usize {
         *self.places.entry(number.to_bits()).or_insert_with(|| {
             self.list.push(number);
             self.list.len() - 1
