@@ -37,17 +37,18 @@ pub fn cells(
     }
     last.extend(returned.iter().map(|&value| (value, usize::MAX)));
     let mut free = Free { gaps: BTreeMap::new(), count: first };
-    // What ends with each record: its first cell and how many.
-    let mut ends: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
+    // The cells whose values nothing reads after a record.
+    let mut ends: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     let mut of = given;
     for (time, record) in records().enumerate() {
         let length = record.writes.len();
         let cell = free.take(length);
         of.extend(record.writes.iter().copied().zip(cell..));
-        let end = record.writes.iter().map(|value| last[value]).max().unwrap_or(time);
-        ends.entry(end).or_default().push((cell, length));
-        for (cell, length) in ends.remove(&time).unwrap_or_default() {
-            free.give(cell, length);
+        for (cell, value) in (cell..).zip(&record.writes) {
+            ends.entry(last[value]).or_default().push(cell);
+        }
+        for cell in ends.remove(&time).unwrap_or_default() {
+            free.give(cell, 1);
         }
     }
     Cells { of, count: free.count }
