@@ -168,13 +168,23 @@ fn write_form(text: &mut String, program: &Program) -> fmt::Result {
         None => [FunctionKind::Acceleration, FunctionKind::Projection],
     };
     let [acceleration, projection] = kinds.map(|kind| program.form(kind));
-    match (acceleration, projection) {
-        (Form::StraightLine, _) => Ok(()),
-        (Form::Tables, _) => writeln!(text, "modules: tables"),
-        (_, Form::Tables) => {
-            writeln!(text, "modules: tables; the acceleration is straight-line code")
+    let words = |form| match form {
+        Form::Loops => "loops over equal parts",
+        _ => "straight-line code",
+    };
+    match acceleration {
+        Form::StraightLine => Ok(()),
+        _ if acceleration == projection => {
+            let words = words(acceleration);
+            writeln!(text, "modules: tables; acceleration and projection are {words}")
         }
-        _ => writeln!(text, "modules: tables; acceleration and projection are straight-line code"),
+        _ => {
+            let [acceleration, projection] = [acceleration, projection].map(words);
+            writeln!(
+                text,
+                "modules: tables; the acceleration is {acceleration}, the projection {projection}"
+            )
+        }
     }
 }
 

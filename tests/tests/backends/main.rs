@@ -11,6 +11,7 @@ mod generated;
 mod jacobian_params;
 mod jit;
 mod lanes;
+mod loops;
 mod machine_code;
 mod parametric;
 mod readable;

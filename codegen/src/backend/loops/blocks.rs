@@ -144,10 +144,11 @@ impl<'a> Blocks<'a> {
         let mut blocks = Self { nodes, labels: HashMap::new(), outside: HashMap::new() };
         for &value in nodes.list.keys() {
             let group = nodes.group(value);
-            let label = blocks.label_of(value, &|blocks, operand| match blocks.outside.get(&operand) {
-                Some(&label) if nodes.group(operand) == group => label,
-                _ => blocks.plain(Key::Elsewhere(nodes.section(operand).phase)),
-            });
+            let label =
+                blocks.label_of(value, &|blocks, operand| match blocks.outside.get(&operand) {
+                    Some(&label) if nodes.group(operand) == group => label,
+                    _ => blocks.plain(Key::Elsewhere(nodes.section(operand).phase)),
+                });
             blocks.outside.insert(value, label);
         }
         blocks
@@ -209,11 +210,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// Returns the label of a leaf, or else what `other` says.
-    fn of_operand(
-        &mut self,
-        operand: Value,
-        other: &impl Fn(&mut Self, Value) -> Label,
-    ) -> Label {
+    fn of_operand(&mut self, operand: Value, other: &impl Fn(&mut Self, Value) -> Label) -> Label {
         match self.nodes.leaf(operand) {
             Some(Leaf::Number(_)) => self.plain(Key::Number),
             Some(Leaf::Argument(argument)) => self.plain(Key::Argument(argument)),
@@ -343,8 +340,11 @@ impl Writing<'_> {
         let mut sorted: Vec<_> = terms
             .iter()
             .map(|term| {
-                let mut factors: Vec<(Label, Value)> =
-                    term.factors.iter().map(|&factor| (self.label(factor, blocks), factor)).collect();
+                let mut factors: Vec<(Label, Value)> = term
+                    .factors
+                    .iter()
+                    .map(|&factor| (self.label(factor, blocks), factor))
+                    .collect();
                 factors.sort_unstable();
                 let (labels, factors): (Vec<_>, Vec<_>) = factors.into_iter().unzip();
                 let has_number = term.number.is_some();

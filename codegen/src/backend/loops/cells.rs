@@ -24,9 +24,8 @@ pub fn cells(
     returned: &[Value],
 ) -> Cells {
     let records = || {
-        runs.iter().flat_map(|run| {
-            run.records.iter().map(|&place| &kernels[run.kernel].records[place])
-        })
+        runs.iter()
+            .flat_map(|run| run.records.iter().map(|&place| &kernels[run.kernel].records[place]))
     };
     let mut last: HashMap<Value, usize> = HashMap::new();
     for (time, record) in records().enumerate() {

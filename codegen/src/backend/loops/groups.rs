@@ -11,7 +11,8 @@ use crate::program::{Function, Op, Phase, Section, Subject, Value};
 /// of its own section, are groups of their own.
 pub fn groups(function: &Function) -> Vec<usize> {
     let instructions = &function.instructions;
-    let is_leaf = |value: Value| matches!(instructions[value.index()].op, Op::Const(_) | Op::Load(_));
+    let is_leaf =
+        |value: Value| matches!(instructions[value.index()].op, Op::Const(_) | Op::Load(_));
     let turned: Vec<Section> = instructions
         .iter()
         .filter_map(|instruction| match instruction.op {

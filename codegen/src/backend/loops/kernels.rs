@@ -39,10 +39,8 @@ pub fn kernels(function: &Function) -> Vec<Kernel> {
         found.add(Block { shape, reads: vec![angle], numbers: Vec::new(), values });
     }
     let mut blocks = Blocks::of(&nodes);
-    let whole: Vec<Option<Block>> = groups
-        .values()
-        .map(|members| (members.len() > 1).then(|| blocks.block(members)))
-        .collect();
+    let whole: Vec<Option<Block>> =
+        groups.values().map(|members| (members.len() > 1).then(|| blocks.block(members))).collect();
     let mut counts: HashMap<Vec<Statement>, usize> = HashMap::new();
     for block in whole.iter().flatten() {
         *counts.entry(block.shape.unsigned()).or_insert(0) += 1;
@@ -60,7 +58,11 @@ pub fn kernels(function: &Function) -> Vec<Kernel> {
     let mut parts: Vec<Vec<Value>> = Vec::new();
     for (block, members) in whole.iter().zip(groups.values()) {
         let cut = |value: &Value| nodes.cut(*value);
-        parts.push(if block.is_none() { members.iter().flat_map(cut).collect() } else { Vec::new() });
+        parts.push(if block.is_none() {
+            members.iter().flat_map(cut).collect()
+        } else {
+            Vec::new()
+        });
     }
     let mut blocks = Blocks::of(&nodes);
     for (block, parts) in whole.into_iter().zip(parts) {
@@ -81,8 +83,7 @@ fn kernel(alike: Alike) -> Kernel {
     let mut shape = alike[0].shape.clone();
     let mut records: Vec<Record> = Vec::with_capacity(alike.len());
     let mut signs: Vec<Vec<bool>> = Vec::with_capacity(alike.len());
-    let kept: BTreeSet<usize> =
-        alike.iter().flat_map(|block| &block.shape.kept).copied().collect();
+    let kept: BTreeSet<usize> = alike.iter().flat_map(|block| &block.shape.kept).copied().collect();
     shape.kept = kept.into_iter().collect();
     let is_sine = shape.is_sine();
     for Block { shape: own, reads, numbers, values } in alike {

@@ -91,8 +91,7 @@ impl Loops {
             entries.filter(|(_, entry)| !is_zero(function, **entry)).collect::<Vec<_>>()
         });
         let entries: Vec<Vec<(usize, &Value)>> = entries.collect();
-        let returned: Vec<Value> =
-            entries.iter().flatten().map(|&(_, &entry)| entry).collect();
+        let returned: Vec<Value> = entries.iter().flatten().map(|&(_, &entry)| entry).collect();
         let cells = cells::cells(&kernels, &runs, given, first, &returned);
         let mut order: Vec<Vec<usize>> = vec![Vec::new(); kernels.len()];
         for run in &runs {
@@ -101,11 +100,15 @@ impl Loops {
         let kernels = kernels.iter().zip(order);
         Self {
             arguments,
-            kernels: kernels.map(|(kernel, order)| table(kernel, &order, &cells.of, numbers)).collect(),
+            kernels: kernels
+                .map(|(kernel, order)| table(kernel, &order, &cells.of, numbers))
+                .collect(),
             runs: runs.iter().map(|run| (run.kernel, run.records.len())).collect(),
             outputs: entries
                 .into_iter()
-                .map(|list| list.into_iter().map(|(index, entry)| (index, cells.of[entry])).collect())
+                .map(|list| {
+                    list.into_iter().map(|(index, entry)| (index, cells.of[entry])).collect()
+                })
                 .collect(),
             cells: cells.count,
         }
@@ -167,7 +170,8 @@ fn table(
             let is_near = distance.unsigned_abs() <= FAR && (!is_sine || place > reads);
             (is_near && column.iter().zip(other).all(keeps)).then_some(distance)
         };
-        let shared = columns.iter().enumerate().find_map(|(at, other)| Some((at, distance(other)?)));
+        let shared =
+            columns.iter().enumerate().find_map(|(at, other)| Some((at, distance(other)?)));
         found.push(shared.unwrap_or_else(|| {
             columns.push(column.clone());
             (columns.len() - 1, 0)

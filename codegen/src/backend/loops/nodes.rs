@@ -90,7 +90,8 @@ impl Nodes {
         }
         for entry in function.outputs.iter().flat_map(|output| &output.entries) {
             if let Op::Const(number) = instructions[entry.index()].op {
-                let term = NodeTerm { is_negative: false, number: Some(number), factors: Vec::new() };
+                let term =
+                    NodeTerm { is_negative: false, number: Some(number), factors: Vec::new() };
                 nodes.list.insert(*entry, Node::Sum(vec![term]));
             }
         }

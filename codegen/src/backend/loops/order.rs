@@ -13,8 +13,8 @@ pub struct Run {
     pub records: Vec<usize>,
 }
 
-/// Returns runs in an order in which all that a record reads is computed before it. The next kernel is the one of whose
-/// remaining records most can follow.
+/// Returns runs in an order in which all that a record reads is computed before it. The next kernel is the one of which
+/// the fewest records are left then: that makes few runs.
 pub fn runs(kernels: &[Kernel]) -> Vec<Run> {
     let mut order = Order::of(kernels);
     let mut runs = Vec::new();
@@ -71,13 +71,10 @@ impl<'a> Order<'a> {
 
     fn next(&self) -> Option<usize> {
         let open = (0..self.kernels.len()).filter(|&kernel| !self.ready[kernel].is_empty());
-        open.max_by(|&a, &b| {
-            let [of_a, of_b] = [a, b].map(|kernel| self.length(kernel));
-            // Shares of what is left, then the number; of equal ones the first.
-            (of_a * self.left[b])
-                .cmp(&(of_b * self.left[a]))
-                .then(of_a.cmp(&of_b))
-                .then(b.cmp(&a))
+        // Of equal ones the longest run, then the first kernel.
+        open.min_by_key(|&kernel| {
+            let length = self.length(kernel);
+            (self.left[kernel] - length, usize::MAX - length)
         })
     }
 

@@ -219,8 +219,7 @@ fn trust(binder: &mut Binder, elimination: &Elimination) -> [Expr; 2] {
     let mut sizes = Groups::new();
     for (Pivot { row, joint }, _) in elimination.pivots() {
         let entries = elimination.speeds_by(joint).iter().filter(|entry| !entry.is_zero());
-        let entries =
-            entries.map(|entry| Expr::apply(Function::Abs, std::slice::from_ref(entry)));
+        let entries = entries.map(|entry| Expr::apply(Function::Abs, std::slice::from_ref(entry)));
         let subject = Subject::Loop(elimination.loop_of(row));
         sizes.entry(subject).or_default().extend(entries);
     }
@@ -262,7 +261,7 @@ fn folded(
         [value] => value.clone(),
         values => {
             step += 1;
-            binder.bind(section, format!("{name}_{step}"), Expr::apply(function, values))
+            binder.bind(section, format!("{name}_to_{step}"), Expr::apply(function, values))
         }
     };
     let mut values: Vec<Expr> = Vec::new();
