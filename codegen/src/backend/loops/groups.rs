@@ -3,65 +3,74 @@
 //! What one phase computes for a body and only the next phase reads for the same body need not be stored. Two phases become one
 //! for all bodies and loops, if no group then waits for itself.
 
-use std::collections::{BTreeMap, HashMap};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use crate::program::{Function, Op, Phase, Section, Subject, Value};
+use crate::program::{Function, Instruction, Op, Phase, Section, Subject, Value};
 
-/// Returns the group of each operation. Sines and cosines, which are computed several at a time, and what would wait for a sine
-/// of its own section, are groups of their own.
+/// Returns the group of each operation.
 pub fn groups(function: &Function) -> Vec<usize> {
-    let instructions = &function.instructions;
-    let is_leaf =
-        |value: Value| matches!(instructions[value.index()].op, Op::Const(_) | Op::Load(_));
-    let turned: Vec<Section> = instructions
-        .iter()
-        .filter_map(|instruction| match instruction.op {
-            Op::Sin(angle) | Op::Cos(angle) if !is_leaf(angle) => {
-                Some(instructions[angle.index()].section)
-            }
-            _ => None,
-        })
-        .collect();
-    let is_alone = |op: Op, section: Section| {
-        matches!(op, Op::Sin(_) | Op::Cos(_)) || turned.contains(&section)
-    };
+    let turned = turned(function);
     let mut merged = Merged::default();
-    let grouped = |merged: &Merged| {
-        let mut places: HashMap<Section, usize> = HashMap::new();
-        let mut count = 0;
-        let group = |instruction: &crate::program::Instruction| {
-            let section = instruction.section;
-            let next = count;
-            let group = match is_alone(instruction.op, section) {
-                true => next,
-                false => *places.entry(merged.section(section)).or_insert(next),
-            };
-            count += usize::from(group == next);
-            group
-        };
-        instructions.iter().map(group).collect::<Vec<usize>>()
+    for (from, to) in passes(function) {
+        let before = merged.clone();
+        merged.merge(from, to);
+        if !is_acyclic(function, &grouped(function, &turned, &merged)) {
+            merged = before;
+        }
+    }
+    grouped(function, &turned, &merged)
+}
+
+fn is_leaf(function: &Function, value: Value) -> bool {
+    matches!(function.instructions[value.index()].op, Op::Const(_) | Op::Load(_))
+}
+
+/// The sections that compute an angle whose sine or cosine something reads: as a whole they might wait for themselves.
+fn turned(function: &Function) -> BTreeSet<Section> {
+    let angle = |instruction: &Instruction| match instruction.op {
+        Op::Sin(angle) | Op::Cos(angle) => Some(angle).filter(|angle| !is_leaf(function, *angle)),
+        _ => None,
     };
+    let angles = function.instructions.iter().filter_map(angle);
+    angles.map(|angle| function.instructions[angle.index()].section).collect()
+}
+
+/// The phases that hand values to each other for the same body or loop, those with most values first.
+fn passes(function: &Function) -> Vec<(Phase, Phase)> {
+    let instructions = &function.instructions;
     let mut passed: BTreeMap<(Phase, Phase), usize> = BTreeMap::new();
     for instruction in instructions {
         let to = instruction.section;
         for operand in instruction.op.operands() {
             let from = instructions[operand.index()].section;
             let is_one = from.subject == to.subject && from.subject != Subject::Mechanism;
-            if is_one && from.phase != to.phase && !is_leaf(operand) {
+            if is_one && from.phase != to.phase && !is_leaf(function, operand) {
                 *passed.entry((from.phase, to.phase)).or_insert(0) += 1;
             }
         }
     }
     let mut pairs: Vec<_> = passed.into_iter().collect();
-    pairs.sort_by_key(|&(pair, count)| (std::cmp::Reverse(count), pair));
-    for ((from, to), _) in pairs {
-        let before = merged.clone();
-        merged.merge(from, to);
-        if !is_acyclic(function, &grouped(&merged)) {
-            merged = before;
-        }
-    }
-    grouped(&merged)
+    pairs.sort_by_key(|&(pair, count)| (Reverse(count), pair));
+    pairs.into_iter().map(|(pair, _)| pair).collect()
+}
+
+/// The group of each operation. Sines and cosines, which are computed several at a time, are groups of their own, as is each
+/// operation of a section that is `turned`.
+fn grouped(function: &Function, turned: &BTreeSet<Section>, merged: &Merged) -> Vec<usize> {
+    let mut places: HashMap<Section, usize> = HashMap::new();
+    let mut count = 0;
+    let group = |instruction: &Instruction| {
+        let Instruction { op, section, .. } = instruction;
+        let next = count;
+        let group = match matches!(op, Op::Sin(_) | Op::Cos(_)) || turned.contains(section) {
+            true => next,
+            false => *places.entry(merged.section(*section)).or_insert(next),
+        };
+        count += usize::from(group == next);
+        group
+    };
+    function.instructions.iter().map(group).collect()
 }
 
 /// Phases that are one.
@@ -101,9 +110,7 @@ fn is_acyclic(function: &Function, groups: &[usize]) -> bool {
     for (index, instruction) in function.instructions.iter().enumerate() {
         for operand in instruction.op.operands() {
             let (from, to) = (groups[operand.index()], groups[index]);
-            let is_leaf =
-                matches!(function.instructions[operand.index()].op, Op::Const(_) | Op::Load(_));
-            if from != to && !is_leaf {
+            if from != to && !is_leaf(function, operand) {
                 users[from].push(to);
                 missing[to] += 1;
             }

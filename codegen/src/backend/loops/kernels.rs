@@ -24,7 +24,7 @@ pub struct Record {
     pub writes: Vec<Value>,
 }
 
-/// Returns the kernels of a function, and the number of its values.
+/// Returns the kernels of a function.
 pub fn kernels(function: &Function) -> Vec<Kernel> {
     let mut nodes = Nodes::of(function);
     let mut groups: BTreeMap<usize, Vec<Value>> = BTreeMap::new();
@@ -38,40 +38,28 @@ pub fn kernels(function: &Function) -> Vec<Kernel> {
         let values = vec![sine, cosine];
         found.add(Block { shape, reads: vec![angle], numbers: Vec::new(), values });
     }
+    let whole = frequent(&nodes, &groups);
+    let apart = || whole.iter().zip(groups.values()).filter(|(block, _)| block.is_none());
+    apart().flat_map(|(_, members)| members).for_each(|&value| nodes.keep(value));
+    let parts: Vec<Value> = apart().flat_map(|(_, members)| members.clone()).collect();
+    let parts: Vec<Value> = parts.into_iter().flat_map(|value| nodes.cut(value)).collect();
+    whole.into_iter().flatten().for_each(|block| found.add(block));
     let mut blocks = Blocks::of(&nodes);
-    let whole: Vec<Option<Block>> =
-        groups.values().map(|members| (members.len() > 1).then(|| blocks.block(members))).collect();
+    parts.into_iter().for_each(|value| found.add(blocks.block(&[value])));
+    found.list.into_iter().map(kernel).collect()
+}
+
+/// The blocks of groups, where there are [`ENOUGH`] of their shape.
+fn frequent(nodes: &Nodes, groups: &BTreeMap<usize, Vec<Value>>) -> Vec<Option<Block>> {
+    let mut blocks = Blocks::of(nodes);
+    let block = |members: &Vec<Value>| (members.len() > 1).then(|| blocks.block(members));
+    let whole: Vec<Option<Block>> = groups.values().map(block).collect();
     let mut counts: HashMap<Vec<Statement>, usize> = HashMap::new();
     for block in whole.iter().flatten() {
         *counts.entry(block.shape.unsigned()).or_insert(0) += 1;
     }
     let is_frequent = |block: &Block| counts[&block.shape.unsigned()] >= ENOUGH;
-    let whole: Vec<Option<Block>> =
-        whole.into_iter().map(|block| block.filter(is_frequent)).collect();
-    for (block, members) in whole.iter().zip(groups.values()) {
-        if block.is_none() {
-            for &value in members {
-                nodes.keep(value);
-            }
-        }
-    }
-    let mut parts: Vec<Vec<Value>> = Vec::new();
-    for (block, members) in whole.iter().zip(groups.values()) {
-        let cut = |value: &Value| nodes.cut(*value);
-        parts.push(if block.is_none() {
-            members.iter().flat_map(cut).collect()
-        } else {
-            Vec::new()
-        });
-    }
-    let mut blocks = Blocks::of(&nodes);
-    for (block, parts) in whole.into_iter().zip(parts) {
-        block.into_iter().for_each(|block| found.add(block));
-        for value in parts {
-            found.add(blocks.block(&[value]));
-        }
-    }
-    found.list.into_iter().map(kernel).collect()
+    whole.into_iter().map(|block| block.filter(is_frequent)).collect()
 }
 
 /// Blocks whose shapes differ in signs and in what is kept alone.
@@ -107,6 +95,7 @@ fn kernel(alike: Alike) -> Kernel {
     Kernel { shape, records }
 }
 
+/// Blocks in the order in which their forms were found.
 #[derive(Default)]
 struct Kernels {
     list: Vec<Alike>,

@@ -1,11 +1,21 @@
-//! Functions as loops over equal parts: the second form of functions that are too long for straight-line code.
+//! Functions as loops over equal parts: the form of an acceleration and a projection that would outgrow the caches as straight-line
+//! code.
 //!
-//! A sheet does the same for every plate and every vertex. [`blocks`] writes each section of a function in an order that depends
-//! on its form alone; blocks of one shape are the records of one [kernel](kernels), a loop that holds their values in registers. A
-//! record is a few numbers: where the loop finds what it reads, and where it puts what it computes.
+//! A sheet does the same for every plate and every vertex. What does not differ but in values is a *kernel*, a loop over *records*: a
+//! record is a few numbers that say where the loop finds what it reads, and where it puts what it computes. In between, values are
+//! in registers.
+//!
+//! ```text
+//! function -> groups   sections of a body or loop, joined where nothing else needs what one hands to the other
+//!          -> blocks   groups as statements, in an order that depends on their form alone
+//!          -> kernels  blocks of one form; rare ones are taken apart into statements, which are blocks again
+//!          -> runs     records of one kernel, one after the other, in an order in which all is known that they read
+//!          -> cells    the places of values
+//! ```
 
 mod blocks;
 mod cells;
+mod columns;
 mod groups;
 mod kernels;
 mod nodes;
@@ -14,12 +24,8 @@ mod order;
 use std::collections::HashMap;
 
 pub use blocks::{Operand, Shape, Statement, Term};
-use kernels::Kernel;
 
 use crate::program::{Argument, Function, Interface, Op, Value};
-
-/// Cells of one column are no farther apart than this.
-const FAR: usize = 1024;
 
 /// A function as loops.
 #[derive(Clone, Debug)]
@@ -101,7 +107,7 @@ impl Loops {
         Self {
             arguments,
             kernels: kernels
-                .map(|(kernel, order)| table(kernel, &order, &cells.of, numbers))
+                .map(|(kernel, order)| columns::table(kernel, &order, &cells.of, numbers))
                 .collect(),
             runs: runs.iter().map(|run| (run.kernel, run.records.len())).collect(),
             outputs: entries
@@ -141,82 +147,4 @@ fn arguments(
         cells.insert(Value(index), first + place);
     }
     (arguments, cells, next)
-}
-
-/// The records of a kernel. Cells that keep their distance in all records share a column.
-fn table(
-    kernel: &Kernel,
-    order: &[usize],
-    cells: &HashMap<Value, usize>,
-    numbers: &mut Numbers,
-) -> Table {
-    let records = || order.iter().map(|&place| &kernel.records[place]);
-    let model = &kernel.records[order[0]];
-    let is_sine = kernel.shape.is_sine();
-    let mut columns: Vec<Vec<usize>> = Vec::new();
-    let mut least: Vec<usize> = Vec::new();
-    let mut found: Vec<(usize, isize)> = Vec::new();
-    let (reads, writes) = (model.reads.len(), model.writes.len());
-    for place in 0..reads + writes {
-        let column: Vec<usize> = records()
-            .map(|record| match place.checked_sub(reads) {
-                None => cells[&record.reads[place]],
-                Some(place) => cells[&record.writes[place]],
-            })
-            .collect();
-        let distance = |other: &Vec<usize>| {
-            let distance = column[0] as isize - other[0] as isize;
-            let keeps = |(&a, &b): (&usize, &usize)| a as isize - b as isize == distance;
-            let is_near = distance.unsigned_abs() <= FAR && (!is_sine || place > reads);
-            (is_near && column.iter().zip(other).all(keeps)).then_some(distance)
-        };
-        let shared =
-            columns.iter().enumerate().find_map(|(at, other)| Some((at, distance(other)?)));
-        found.push(shared.unwrap_or_else(|| {
-            columns.push(column.clone());
-            (columns.len() - 1, 0)
-        }));
-    }
-    for column in 0..columns.len() {
-        let distances = found.iter().filter(|(at, _)| *at == column).map(|(_, distance)| *distance);
-        let nearest = distances.min().unwrap_or(0);
-        least.push((-nearest) as usize);
-        for cell in &mut columns[column] {
-            *cell = (*cell as isize + nearest) as usize;
-        }
-    }
-    let found: Vec<(usize, usize)> = found
-        .into_iter()
-        .map(|(column, distance)| (column, (distance + least[column] as isize) as usize))
-        .collect();
-    let mut listed = 0;
-    let numbers_of_model = model.numbers.iter().enumerate();
-    let forms: Vec<Number> = numbers_of_model
-        .map(|(place, &first)| {
-            if records().all(|record| record.numbers[place].to_bits() == first.to_bits()) {
-                return Number::Same(first);
-            }
-            listed += 1;
-            Number::Listed(listed - 1)
-        })
-        .collect();
-    let is_listed = |form: &Number| matches!(form, Number::Listed(_));
-    let rows = records().enumerate().map(|(row, record)| {
-        let mut cells: Vec<usize> = columns.iter().map(|column| column[row]).collect();
-        if listed > 0 {
-            let of_record = forms.iter().zip(&record.numbers);
-            let of_record: Vec<f64> =
-                of_record.filter(|(form, _)| is_listed(form)).map(|(_, number)| *number).collect();
-            cells.push(numbers.place(&of_record));
-        }
-        cells
-    });
-    let records = rows.collect();
-    Table {
-        shape: kernel.shape.clone(),
-        reads: found[..reads].to_vec(),
-        writes: found[reads..].to_vec(),
-        numbers: forms,
-        records,
-    }
 }
