@@ -9,7 +9,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::nodes::{Node, Nodes};
+use super::nodes::{Node, NodeTerm, Nodes};
 use crate::program::{Argument, Phase, Subject, Value};
 
 /// What a statement reads, by its place in a list of the block.
@@ -162,7 +162,7 @@ impl<'a> Blocks<'a> {
             let subject = nodes.section(value).subject;
             let label = self.label_of(value, &|blocks, operand| match own.get(&operand) {
                 Some(&label) => label,
-                None => blocks.from_outside(operand, subject),
+                None => blocks.of_other(operand, subject),
             });
             own.insert(value, label);
         }
@@ -189,7 +189,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// Returns the label of a value that a section with this subject reads from another one.
-    fn from_outside(&mut self, value: Value, subject: Subject) -> Label {
+    fn of_other(&mut self, value: Value, subject: Subject) -> Label {
         let is_same = self.nodes.section(value).subject == subject;
         let none = Label { unsigned: usize::MAX, signed: usize::MAX };
         let Label { unsigned, signed } = self.outside.get(&value).copied().unwrap_or(none);
@@ -280,39 +280,25 @@ impl Writing<'_> {
     fn write(&mut self, value: Value, blocks: &mut Blocks) {
         let mut waiting = vec![value];
         while let Some(&next) = waiting.last() {
-            let node = &self.nodes.list[&next];
-            let mut missing: Vec<Value> = Vec::new();
-            let sorted = self.sorted(node, blocks);
-            for operand in sorted.iter().flat_map(|(_, operands)| operands) {
-                if self.own.contains_key(operand) && !self.places.contains_key(operand) {
-                    missing.push(*operand);
-                }
+            if self.places.contains_key(&next) {
+                waiting.pop();
+                continue;
             }
+            let node = self.sorted(&self.nodes.list[&next], blocks);
+            let is_missing = |operand: &Value| {
+                self.own.contains_key(operand) && !self.places.contains_key(operand)
+            };
+            let missing: Vec<Value> = node.operands().filter(is_missing).collect();
             if !missing.is_empty() {
                 waiting.extend(missing.into_iter().rev());
                 continue;
             }
-            waiting.pop();
-            if self.places.contains_key(&next) {
-                continue;
-            }
             let statement = match node {
-                Node::Sum(_) => {
-                    let term = |(term, factors): (Option<(bool, Option<f64>)>, Vec<Value>)| {
-                        let (is_negative, number) = term.unwrap_or_default();
-                        let mut operands: Vec<_> =
-                            factors.into_iter().map(|factor| self.operand(factor)).collect();
-                        let Some(number) = number else {
-                            return Term { is_negative, factors: operands };
-                        };
-                        self.block.numbers.push(if is_negative { -number } else { number });
-                        operands.push(Operand::Number(self.block.numbers.len() - 1));
-                        Term { is_negative: false, factors: operands }
-                    };
-                    Statement::Sum(sorted.into_iter().map(term).collect())
+                Node::Sum(terms) => {
+                    Statement::Sum(terms.into_iter().map(|term| self.term(term)).collect())
                 }
                 Node::Call(name, operands) => {
-                    let operands = operands.iter().map(|&operand| self.operand(operand));
+                    let operands = operands.into_iter().map(|operand| self.operand(operand));
                     Statement::Call(name, operands.collect())
                 }
             };
@@ -326,42 +312,38 @@ impl Writing<'_> {
         }
     }
 
-    /// Returns the terms of a sum in the order of their labels, or the operands of a call: of each whether it is subtracted and
-    /// its number, and its factors.
-    fn sorted(
-        &self,
-        node: &Node,
-        blocks: &mut Blocks,
-    ) -> Vec<(Option<(bool, Option<f64>)>, Vec<Value>)> {
-        let terms = match node {
-            Node::Call(_, operands) => return vec![(None, operands.clone())],
-            Node::Sum(terms) => terms,
-        };
-        let mut sorted: Vec<_> = terms
-            .iter()
-            .map(|term| {
-                let mut factors: Vec<(Label, Value)> = term
-                    .factors
-                    .iter()
-                    .map(|&factor| (self.label(factor, blocks), factor))
-                    .collect();
-                factors.sort_unstable();
-                let (labels, factors): (Vec<_>, Vec<_>) = factors.into_iter().unzip();
-                let has_number = term.number.is_some();
-                let unsigned: Vec<_> = labels.iter().map(|label: &Label| label.unsigned).collect();
-                let key = (has_number, unsigned, labels, term.is_negative && !has_number);
-                (key, Some((term.is_negative, term.number)), factors)
-            })
-            .collect();
-        sorted.sort_by(|a, b| a.0.cmp(&b.0));
-        sorted.into_iter().map(|(_, term, factors)| (term, factors)).collect()
+    /// Returns a node with the terms of a sum, and their factors, in the order of their labels.
+    fn sorted(&self, node: &Node, blocks: &mut Blocks) -> Node {
+        let Node::Sum(terms) = node else { return node.clone() };
+        let mut sorted = Vec::with_capacity(terms.len());
+        for term in terms {
+            let mut factors: Vec<(Label, Value)> =
+                term.factors.iter().map(|&factor| (self.label(factor, blocks), factor)).collect();
+            factors.sort_unstable();
+            let (labels, factors): (Vec<_>, Vec<_>) = factors.into_iter().unzip();
+            let unsigned: Vec<_> = labels.iter().map(|label: &Label| label.unsigned).collect();
+            let has_number = term.number.is_some();
+            let key = (has_number, unsigned, labels, term.is_negative && !has_number);
+            sorted.push((key, NodeTerm { factors, ..*term }));
+        }
+        sorted.sort_by(|(a, _), (b, _)| a.cmp(b));
+        Node::Sum(sorted.into_iter().map(|(_, term)| term).collect())
+    }
+
+    fn term(&mut self, term: NodeTerm) -> Term {
+        let NodeTerm { is_negative, number, factors } = term;
+        let mut factors: Vec<_> = factors.into_iter().map(|factor| self.operand(factor)).collect();
+        let Some(number) = number else { return Term { is_negative, factors } };
+        self.block.numbers.push(if is_negative { -number } else { number });
+        factors.push(Operand::Number(self.block.numbers.len() - 1));
+        Term { is_negative: false, factors }
     }
 
     fn label(&self, value: Value, blocks: &mut Blocks) -> Label {
         let own = self.own;
         blocks.of_operand(value, &|blocks, operand| match own.get(&operand) {
             Some(&label) => label,
-            None => blocks.from_outside(operand, self.subject),
+            None => blocks.of_other(operand, self.subject),
         })
     }
 
