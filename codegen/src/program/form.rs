@@ -1,7 +1,7 @@
-//! The form in which a backend writes a function: straight-line code or tables.
+//! The form in which a backend writes a function: straight-line code, tables or loops.
 //!
 //! Straight-line code is faster as long as it does not outgrow the caches, and readable; its text takes some 100 bytes
-//! per operation, which neither a reader nor rustc gets through where there are tens of thousands. See decision 51.
+//! per operation, which neither a reader nor rustc gets through where there are tens of thousands. See decisions 51 and 81.
 
 use super::ir::{Function, Program};
 use super::signature::FunctionKind;
@@ -19,12 +19,19 @@ pub enum Form {
     Loops,
 }
 
+impl Form {
+    /// Whether C has a table for a function of this form.
+    pub fn is_table_in_c(self) -> bool {
+        matches!(self, Self::Tables | Self::Loops)
+    }
+}
+
 /// Operations of all functions of a module of several loops above which its functions are tables. rustc 1.95 needs 19 s for
 /// straight-line code of 68,000, a sheet of 6 x 6 plates.
 const LONG: usize = 40_000;
 
-/// Operations of the acceleration and of the projection, which every step calls, above which each is a table like the other
-/// functions. Measured: see docs/PERFORMANCE.md.
+/// Operations of the acceleration and of the projection, which every step calls, above which each is written as loops.
+/// Measured: see decision 81.
 const LONG_SOLUTION: usize = 45_000;
 
 impl Program {

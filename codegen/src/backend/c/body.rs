@@ -1,7 +1,7 @@
 //! Prints the mechanism's functions as C.
 
 use crate::program::{
-    Argument, Form, Function, FunctionKind, Interface, Op, Parts, Program, Quantity, Shape, Slot,
+    Argument, Function, FunctionKind, Interface, Op, Parts, Program, Quantity, Shape, Slot,
 };
 use std::collections::BTreeSet;
 
@@ -91,8 +91,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
         .collect();
     let mut library: BTreeSet<_> = library_of_algorithms(&program.interface).collect();
     library.extend(ops.iter().filter_map(|&op| library_function(op)));
-    let is_table =
-        |function: &&Function| matches!(program.form(function.kind), Form::Tables | Form::Loops);
+    let is_table = |function: &&Function| program.form(function.kind).is_table_in_c();
     let turns = ["sin", "cos"];
     if functions.iter().any(is_table) && turns.iter().any(|name| library.contains(name)) {
         // A table computes both.
