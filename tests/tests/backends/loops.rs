@@ -3,31 +3,23 @@
 use lamc::backend::loops::{Loops, Number, Numbers, Operand, Statement, Table, Term};
 use lamc::backend::rust::Options;
 use lamc::pipeline::{Compiled, rust_module};
-use lamc::program::{Argument, Engine, Form, FunctionKind, Interpretation, Interpreter, Slot};
-use lamc_runtime::{Mechanism, acceleration, assemble};
-use lamc_tests::compare::{keep_largest, largest};
+use lamc::program::{Form, FunctionKind, Interpreter};
+use lamc_runtime::{Mechanism, acceleration};
 use lamc_tests::modules::Workshop;
-use lamc_tests::random::Random;
 use lamc_tests::sheets::{miura, yoshimura};
 use lamc_tests::{compile, compile_text, relative_error, workspace};
 use lamc_workbench::verify::Values;
 
-/// How far values may differ, as a share of the largest of an output: sums have another order.
-const TOLERANCE: f64 = 1e-12;
+use super::functions::{Sample, closed, samples};
 
-/// Closed angles near those of the start.
-fn closed(system: &Interpreter) -> Vec<f64> {
-    let mut q = system.initial().q;
-    let pinned = vec![false; system.dimensions().joints];
-    assemble(system, 0.0, &mut q, &pinned, &mut system.workspace()).unwrap();
-    q
-}
-
-/// Evaluates loops as a generated module does.
-fn evaluate(loops: &Loops, numbers: &[f64], arguments: &[Vec<f64>]) -> Vec<f64> {
+/// Evaluates the loops of a function as a generated module does.
+fn evaluate(loops: &Loops, numbers: &[f64], sample: &Sample) -> Vec<f64> {
     let mut cells = vec![f64::NAN; loops.cells];
-    for ((_, first), argument) in loops.arguments.iter().zip(arguments) {
-        cells[*first..][..argument.len()].copy_from_slice(argument);
+    let inputs = sample.function.kind.signature().inputs;
+    for &(argument, first) in &loops.arguments {
+        let place = inputs.iter().position(|&input| input == argument).unwrap();
+        let argument = &sample.arguments[place];
+        cells[first..][..argument.len()].copy_from_slice(argument);
     }
     let mut done = vec![0; loops.kernels.len()];
     for &(kernel, count) in &loops.runs {
@@ -95,48 +87,18 @@ fn follow(table: &Table, record: &[usize], numbers: &[f64], cells: &mut [f64]) {
     }
 }
 
-/// Compares all functions of a mechanism near closed angles, where residuals are not just what rounding leaves, and at random numbers.
+/// Compares all functions of a mechanism near closed angles, where residuals are not just what rounding leaves.
 fn check(name: &str, compiled: &Compiled) {
-    let program = &compiled.program;
-    let (system, engine) = (Interpreter::new(program), Interpretation::new(program));
-    let mut random = Random::new(7);
-    let mut argument = |argument: Argument| match argument {
-        Argument::Positions => {
-            closed(&system).into_iter().map(|angle| angle + random.range(-0.05, 0.05)).collect()
-        }
-        Argument::Parameters => system.parameters().to_vec(),
-        argument => {
-            let length = argument.array().shape.length(&program.interface);
-            (0..length).map(|_| random.range(-1.0, 1.0)).collect()
-        }
-    };
     let mut numbers = Numbers::default();
-    for function in program.functions.iter().filter(|function| !function.outputs.is_empty()) {
-        let signature = function.kind.signature();
-        let loops = Loops::of(function, &program.interface, &mut numbers);
-        let arguments: Vec<Vec<f64>> =
-            loops.arguments.iter().map(|&(of, _)| argument(of)).collect();
-        let load = |slot: Slot| {
-            let (argument, index) = slot.place();
-            let place = loops.arguments.iter().position(|(other, _)| *other == argument);
-            arguments[place.unwrap()][index]
-        };
-        let mut expected: Vec<Vec<f64>> =
-            signature.lengths(&program.interface).map(|length| vec![0.5; length]).collect();
-        let mut out: Vec<&mut [f64]> = expected.iter_mut().map(Vec::as_mut_slice).collect();
-        engine.run(function.kind, load, &mut out);
-        let cells = evaluate(&loops, &numbers.list, &arguments);
-        for ((entries, expected), output) in
-            loops.outputs.iter().zip(&expected).zip(signature.outputs)
-        {
+    for sample in samples(compiled, 0.05) {
+        let loops = Loops::of(sample.function, &compiled.program.interface, &mut numbers);
+        let cells = evaluate(&loops, &numbers.list, &sample);
+        let outputs = loops.outputs.iter().zip(&sample.expected).map(|(entries, expected)| {
             let mut found = vec![0.0; expected.len()];
             entries.iter().for_each(|&(index, cell)| found[index] = cells[cell]);
-            let error = found.iter().zip(expected).map(|(x, y)| (x - y).abs());
-            let error = error.fold(0.0, keep_largest);
-            let scale = largest(expected);
-            let place = format!("{name}: {} of {}", output.name, signature.name);
-            assert!(error <= TOLERANCE * scale, "{place}: {error:e} of {scale:e}");
-        }
+            found
+        });
+        sample.check(name, &outputs.collect::<Vec<_>>());
     }
 }
 

@@ -7,6 +7,7 @@ mod c_free;
 mod compiled;
 mod compiled_random;
 mod config;
+mod functions;
 mod generated;
 mod jacobian_params;
 mod jit;

@@ -4,21 +4,17 @@ use lamc::backend::c::Real;
 use lamc::backend::rust::Options;
 use lamc::backend::tables::{Numbers, Table};
 use lamc::pipeline::{Compiled, c_source, rust_module};
-use lamc::program::{Argument, Engine, Form, FunctionKind, Interpretation, Interpreter, Slot};
-use lamc_runtime::{Mechanism, acceleration, assemble, table};
-use lamc_tests::compare::{keep_largest, largest};
+use lamc::program::{Form, FunctionKind, Interpreter};
+use lamc_runtime::{Mechanism, acceleration, table};
 use lamc_tests::modules::Workshop;
-use lamc_tests::random::Random;
 use lamc_tests::sheets::{miura, yoshimura};
 use lamc_tests::{compile, compile_text, relative_error, workspace};
 use lamc_workbench::verify::Values;
 
+use super::functions::{TOLERANCE, closed, samples};
+
 /// Cells for the longest function here, a power of two.
 const CELLS: usize = 1 << 14;
-
-/// How far values may differ, as a share of the largest of an output: products are rounded together with sums
-/// on some processors.
-const TOLERANCE: f64 = 1e-12;
 
 /// Longest module of a sheet of 6 x 6 plates, bytes.
 const LONGEST_MODULE: usize = 400_000;
@@ -26,55 +22,20 @@ const LONGEST_MODULE: usize = 400_000;
 /// Longest C module of the same sheet, bytes: its rows are numbers.
 const LONGEST_C_MODULE: usize = 1_700_000;
 
-/// Closed angles near those of the start.
-fn closed(system: &Interpreter) -> Vec<f64> {
-    let mut q = system.initial().q;
-    let pinned = vec![false; q.len()];
-    assemble(system, 0.0, &mut q, &pinned, &mut system.workspace()).unwrap();
-    q
-}
-
 /// Compares all functions of a mechanism at closed angles and random numbers.
 fn check(name: &str, compiled: &Compiled) {
-    let program = &compiled.program;
-    let (system, engine) = (Interpreter::new(program), Interpretation::new(program));
-    let mut random = Random::new(7);
-    let mut argument = |argument: Argument| match argument {
-        Argument::Positions => closed(&system),
-        Argument::Parameters => system.parameters().to_vec(),
-        argument => {
-            let length = argument.array().shape.length(&program.interface);
-            (0..length).map(|_| random.range(-1.0, 1.0)).collect()
-        }
-    };
     let mut numbers = Numbers::default();
-    for function in program.functions.iter().filter(|function| !function.outputs.is_empty()) {
-        let signature = function.kind.signature();
-        let table = Table::of(function, &mut numbers);
+    for sample in samples(compiled, 0.0) {
+        let table = Table::of(sample.function, &mut numbers);
         assert!(table.words.cells <= CELLS, "{name}: {} cells", table.words.cells);
-        let arguments: Vec<Vec<f64>> = signature.inputs.iter().map(|&x| argument(x)).collect();
-        let nothing = || signature.lengths(&program.interface).map(|length| vec![0.5; length]);
-        let (mut expected, mut found): (Vec<_>, Vec<_>) =
-            (nothing().collect(), nothing().collect());
-        let load = |slot: Slot| {
-            let (argument, index) = slot.place();
-            let place = signature.inputs.iter().position(|&input| input == argument).unwrap();
-            arguments[place][index]
-        };
-        let mut out: Vec<&mut [f64]> = expected.iter_mut().map(Vec::as_mut_slice).collect();
-        engine.run(function.kind, load, &mut out);
+        let mut found: Vec<Vec<f64>> =
+            sample.expected.iter().map(|output| vec![0.5; output.len()]).collect();
         let mut out: Vec<&mut [f64]> = found.iter_mut().map(Vec::as_mut_slice).collect();
-        let given: Vec<&[f64]> = arguments.iter().map(Vec::as_slice).collect();
+        let given: Vec<&[f64]> = sample.arguments.iter().map(Vec::as_slice).collect();
         let bytes = table.words.bytes(CELLS);
         let evaluated = table::Table::<CELLS>::new(&bytes);
         evaluated.evaluate::<f64>(&numbers.list, &given, &mut out);
-        for ((found, expected), output) in found.iter().zip(&expected).zip(signature.outputs) {
-            let error = found.iter().zip(expected).map(|(x, y)| (x - y).abs());
-            let error = error.fold(0.0, keep_largest);
-            let scale = largest(expected);
-            let place = format!("{name}: {} of {}", output.name, signature.name);
-            assert!(error <= TOLERANCE * scale, "{place}: {error:e} of {scale:e}");
-        }
+        sample.check(name, &found);
     }
 }
 
