@@ -89,7 +89,7 @@ pub const fn records<const C: usize, const N: usize>(text: &str) -> [[u16; C]; N
     let mut records = [[0; C]; N];
     let mut place = 0;
     while place < C * N {
-        records[place / C][place % C] = number(text, place);
+        records[place / C][place % C] = number(text, place) as u16;
         place += 1;
     }
     records
@@ -101,21 +101,21 @@ pub const fn numbers<const N: usize>(list: &[f64], text: &str) -> [f64; N] {
     let mut numbers = [0.0; N];
     let mut place = 0;
     while place < N {
-        numbers[place] = list[number(text, place) as usize];
+        numbers[place] = list[number(text, place)];
         place += 1;
     }
     numbers
 }
 
 /// A number of a text: digits of base 92, the last one first, are printable characters of ASCII without blank, `"` and `\`.
-const fn number(text: &str, place: usize) -> u16 {
+const fn number(text: &str, place: usize) -> usize {
     let text = text.as_bytes();
     let (mut value, mut digit) = (0, DIGITS);
     while digit > 0 {
         digit -= 1;
         let byte = text[DIGITS * place + digit];
-        let skipped = (byte > b'"') as u16 + (byte > b'\\') as u16;
-        value = 92 * value + (byte - b'!') as u16 - skipped;
+        let skipped = (byte > b'"') as usize + (byte > b'\\') as usize;
+        value = 92 * value + (byte - b'!') as usize - skipped;
     }
     value
 }

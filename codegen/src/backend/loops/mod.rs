@@ -119,6 +119,13 @@ impl Loops {
             cells: cells.count,
         }
     }
+
+    /// Returns a bound on what records, runs and outputs name: cells, records, entries of outputs.
+    pub fn longest(&self) -> usize {
+        let records = self.kernels.iter().map(|table| table.records.len());
+        let entries = self.outputs.iter().flatten().map(|(index, _)| index + 1);
+        records.chain(entries).chain([self.cells, self.kernels.len()]).max().unwrap_or(0)
+    }
 }
 
 fn is_zero(function: &Function, value: Value) -> bool {

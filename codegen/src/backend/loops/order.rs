@@ -24,6 +24,7 @@ pub fn runs(kernels: &[Kernel]) -> Vec<Run> {
         order.left[kernel] -= records.len();
         runs.push(Run { kernel, records });
     }
+    debug_assert!(order.left.iter().all(|&left| left == 0), "a record waits for itself");
     runs
 }
 

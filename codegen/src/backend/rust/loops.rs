@@ -15,8 +15,8 @@ const LINE: usize = 120;
 /// The mnemonic of divisions.
 const DIVISION: &str = "div";
 
-/// Cells and numbers that records can name: they have two bytes for each.
-const MOST: usize = 1 << 16;
+/// No list that records name places of may be longer: they have two bytes for each.
+const MOST: usize = u16::MAX as usize;
 
 impl Bodies<'_> {
     /// Returns the call that evaluates a function as loops, which become items of the module `loops`; a table for a function that is
@@ -24,7 +24,7 @@ impl Bodies<'_> {
     pub(super) fn write_loops(&mut self, function: &Function) -> TokenStream {
         let mut numbers = self.loop_numbers.clone();
         let loops = Loops::of(function, &self.program.interface, &mut numbers);
-        if loops.cells.max(numbers.list.len()) > MOST {
+        if loops.longest().max(numbers.list.len()) > MOST {
             return self.write_table(function);
         }
         self.loop_numbers = numbers;
