@@ -1,13 +1,15 @@
-//! The dense matrices of the independent speeds: N, M N and H = N^T M N.
+//! The dense matrices of the independent speeds: N and H = N^T M N.
 //!
-//! M is never formed ([`sweep`](super::sweep)). H takes half a product for each joint and pair of independent speeds.
+//! M is never formed ([`sweep`](super::sweep)): of M = G + G^T the sweep takes G N, and what the closure's elimination
+//! says of the speeds takes it back to the independent ones. So H = A + A^T, A = N^T G N, costs as many products for each
+//! independent speed as there are joints and coefficients.
 //!
 //! Everything is computed for [`LANES`] independent speeds after the other: so a step of a loop works on arrays of that
 //! length, of which the compiler makes vector instructions, and what it reads stays in the first cache.
 
 use super::driven::{Driven, Met};
-use super::sweep::{PARTS, Sums};
-use super::{Reduction, ReductionSizes, Terms};
+use super::sweep::{Sweep, sweep_len};
+use super::{Branch, Reduction, ReductionSizes, Terms};
 use crate::constants::WEIGHT_OF_ENTRY;
 use crate::linear::{backward, factor, forward};
 use crate::trust::{Trust, safe};
@@ -17,9 +19,6 @@ use crate::{Error, Scalar};
 /// Numbers of a block.
 pub(super) const LANES: usize = 8;
 
-/// Rows of H that are summed at once.
-const ROWS: usize = 4;
-
 /// Numbers of neighbouring independent speeds.
 pub(super) type Block<S> = [S; LANES];
 
@@ -28,20 +27,20 @@ const fn blocks(d: usize) -> usize {
     d.div_ceil(LANES)
 }
 
-/// N, M N and the factor of H at a state.
+/// N and the factor of H at a state.
 pub(super) struct Inertia<'a, S> {
     reduction: Reduction<'a, S>,
     /// d, the number of independent speeds.
     independent: usize,
     /// N by block and branch.
     null_space: &'a mut [Block<S>],
-    /// M N by block and branch.
-    momenta: &'a mut [Block<S>],
-    sums: Sums<'a, S>,
+    /// G N of a block of speeds, by branch.
+    half: &'a mut [Block<S>],
+    sweep: Sweep<'a, S>,
     /// A number for each independent speed.
     row: &'a mut [Block<S>],
-    /// Zero for a joint whose row of M N is zero: one that moves no mass.
-    active: &'a mut [S],
+    /// x and M x, by branch.
+    x: [&'a mut [S]; 2],
     /// H on and below the diagonal, d x d, and its factor.
     inertia: &'a mut [S],
 }
@@ -49,7 +48,8 @@ pub(super) struct Inertia<'a, S> {
 /// Numbers that [`Inertia`] needs.
 pub(super) const fn inertia_len(sizes: ReductionSizes) -> usize {
     let ReductionSizes { branches, depth, independent: d, .. } = sizes;
-    ((2 * branches + 1) * blocks(d) + 2 * PARTS * depth) * LANES + branches + d * d
+    let in_blocks = (blocks(d) + 1) * branches + blocks(d);
+    in_blocks * LANES + sweep_len(depth) + 2 * branches + d * d
 }
 
 impl<'a, S: Scalar> Inertia<'a, S> {
@@ -64,12 +64,11 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         let mut of = |blocks: usize| -> Result<&'a mut [Block<S>], Error> {
             Ok(split(workspace, blocks * LANES)?.as_chunks_mut().0)
         };
-        let (null_space, momenta) = (of(count * branches)?, of(count * branches)?);
-        let row = of(count)?;
-        let sums = Sums::of(of(PARTS * depth)?, of(PARTS * depth)?);
-        let active = split(workspace, branches)?;
+        let (null_space, half, row) = (of(count * branches)?, of(branches)?, of(count)?);
+        let sweep = Sweep::of(depth, workspace)?;
+        let x = [split(workspace, branches)?, split(workspace, branches)?];
         let inertia = split(workspace, independent * independent)?;
-        Ok(Self { reduction, independent, null_space, momenta, sums, row, active, inertia })
+        Ok(Self { reduction, independent, null_space, half, sweep, row, x, inertia })
     }
 
     /// d.
@@ -86,13 +85,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         if trust == Trust::Doubtful || !(safe::<S>() * largest * largest < S::ONE) {
             return Ok(Trust::Doubtful);
         }
-        let Self { reduction, sums, null_space, momenta, active, .. } = &mut *self;
-        let branches = reduction.branches;
-        let blocks = null_space.chunks_exact(branches.len().max(1));
-        for (n, mn) in blocks.zip(momenta.chunks_exact_mut(branches.len().max(1))) {
-            sums.sweep(branches, terms, n, mn, active)?;
-        }
-        self.product();
+        self.assemble(terms)?;
         let is_positive = factor(self.inertia, self.independent).is_ok();
         Ok(if is_positive { trust } else { Trust::Doubtful })
     }
@@ -124,23 +117,33 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         Ok(largest.into_iter().fold(S::ONE, S::max))
     }
 
-    /// H on and below the diagonal, and a little above.
-    fn product(&mut self) {
-        let (d, branches) = (self.independent.max(1), self.reduction.branches.len().max(1));
-        let rows = self.inertia.chunks_mut(LANES * d);
-        for (block, (rows, n)) in rows.zip(self.null_space.chunks_exact(branches)).enumerate() {
-            for (index, rows) in rows.chunks_mut(ROWS * d).enumerate() {
-                let columns = self.momenta.chunks_exact(branches).take(block + 1);
-                for (mn, column) in columns.zip((0..d).step_by(LANES)) {
-                    let sums = products(n, index, mn, self.active);
-                    for (row, sums) in rows.chunks_exact_mut(d).zip(sums) {
-                        for (entry, sum) in row.iter_mut().skip(column).zip(sums) {
-                            *entry = sum;
-                        }
-                    }
+    /// H on and below the diagonal.
+    fn assemble(&mut self, terms: &Terms<'_, S>) -> Result<(), Error> {
+        let Self { reduction, sweep, null_space, half, inertia, .. } = self;
+        let Reduction { branches, independent, .. } = *reduction;
+        let d = independent.len().max(1);
+        let blocks = null_space.chunks_exact(branches.len().max(1));
+        for (n, first) in blocks.zip((0..d).step_by(LANES)) {
+            sweep.half(branches, terms, n, half)?;
+            take_back(reduction, terms.coefficients, half)?;
+            for (&branch, row) in independent.iter().zip(inertia.chunks_exact_mut(d)) {
+                let sums = at(half, branch.into())?;
+                for (entry, &sum) in row.iter_mut().skip(first).zip(sums) {
+                    *entry = sum;
                 }
             }
         }
+        for i in 0..d {
+            let (expected, given) = (d * d, inertia.len());
+            let split = inertia.split_at_mut_checked(i * d);
+            let (above, rest) = split.ok_or(Error::Length { expected, given })?;
+            let (own, row) = (rest.get(i).copied(), rest.iter_mut());
+            let mirrored = above.chunks_exact(d).map(|row| row.get(i).copied()).chain([own]);
+            for (entry, mirrored) in row.zip(mirrored.flatten()) {
+                *entry += mirrored;
+            }
+        }
+        Ok(())
     }
 
     /// The row of N of a joint, by its place in u.
@@ -160,12 +163,22 @@ impl<'a, S: Scalar> Inertia<'a, S> {
 
     /// N^T x, for x in the order of u.
     pub fn reduce(&self, x: &[S], out: &mut [S]) {
-        transposed(self.reduction, self.null_space, x, out);
+        let branches = self.reduction.branches;
+        let of = |branch: &Branch| x.get(usize::from(branch.joint)).copied().unwrap_or(S::ZERO);
+        transposed(self.null_space, branches.len(), branches.iter().map(of), out);
     }
 
     /// N^T M x, for x in the order of u.
-    pub fn momentum(&self, x: &[S], out: &mut [S]) {
-        transposed(self.reduction, self.momenta, x, out);
+    pub fn momentum(&mut self, terms: &Terms<'_, S>, x: &[S], out: &mut [S]) -> Result<(), Error> {
+        let branches = self.reduction.branches;
+        let [by_branch, momenta] = &mut self.x;
+        for (place, branch) in by_branch.iter_mut().zip(branches) {
+            *place = x.get(usize::from(branch.joint)).copied().unwrap_or(S::ZERO);
+        }
+        self.sweep.whole(branches, terms, by_branch, momenta)?;
+        let momenta = momenta.iter().copied();
+        transposed(self.null_space, branches.len(), momenta, out);
+        Ok(())
     }
 
     /// H^-1 (r + B^T mu) in place of r, with B y = b for the driven joints; returns whether that can be trusted.
@@ -216,37 +229,34 @@ pub(super) fn sum_of<S: Scalar>(factor: S, x: &Block<S>, sum: &Block<S>) -> Bloc
     core::array::from_fn(|lane| factor.mul_add(x[lane], sum[lane]))
 }
 
-/// The sums over the joints that are active of products of N and M N: for some speeds of a block of N, of which this group of
-/// [`ROWS`] counts, and all of a block of M N.
-#[inline(never)]
-fn products<S: Scalar>(
-    n: &[Block<S>],
-    group: usize,
-    mn: &[Block<S>],
-    active: &[S],
-) -> [Block<S>; ROWS] {
-    let mut sums = [[S::ZERO; LANES]; ROWS];
-    for ((n, mn), &active) in n.iter().zip(mn).zip(active) {
-        if active != S::ZERO
-            && let Some(n) = n.as_chunks::<ROWS>().0.get(group)
-        {
-            for (sum, &n) in sums.iter_mut().zip(n) {
-                *sum = sum_of(n, mn, sum);
-            }
+/// `rows` of some joints, by branch, become the sums over all joints of N, of which only those of the independent ones are used.
+fn take_back<S: Scalar>(
+    reduction: &Reduction<'_, S>,
+    coefficients: &[S],
+    rows: &mut [Block<S>],
+) -> Result<(), Error> {
+    let mut terms = reduction.columns.iter().zip(coefficients).rev();
+    for dependent in reduction.dependent.iter().rev() {
+        let own = *at(rows, dependent.branch.into())?;
+        for (&column, &coefficient) in terms.by_ref().take(dependent.terms.into()) {
+            let row = at_mut(rows, column.into())?;
+            *row = sum_of(coefficient, &own, row);
         }
     }
-    sums
+    Ok(())
 }
 
-/// The sum over the joints of x times the joint's row of a matrix.
-fn transposed<S: Scalar>(reduction: Reduction<'_, S>, matrix: &[Block<S>], x: &[S], out: &mut [S]) {
-    let branches = reduction.branches;
-    for (out, rows) in out.chunks_mut(LANES).zip(matrix.chunks_exact(branches.len().max(1))) {
+/// N^T x, for x by branch.
+fn transposed<S: Scalar>(
+    null_space: &[Block<S>],
+    branches: usize,
+    x: impl Iterator<Item = S> + Clone,
+    out: &mut [S],
+) {
+    for (out, rows) in out.chunks_mut(LANES).zip(null_space.chunks_exact(branches.max(1))) {
         let mut sum = [S::ZERO; LANES];
-        for (branch, row) in branches.iter().zip(rows) {
-            if let Some(&x) = x.get(usize::from(branch.joint)) {
-                sum = sum_of(x, row, &sum);
-            }
+        for (x, row) in x.clone().zip(rows) {
+            sum = sum_of(x, row, &sum);
         }
         for (out, sum) in out.iter_mut().zip(sum) {
             *out = sum;

@@ -213,8 +213,8 @@ impl<'a, S: Scalar> Correction<'a, S> {
         excess: impl Fn(&Drive<S>) -> S,
         met: Met,
     ) -> Result<bool, Error> {
-        let Self { along, driven, inertia, .. } = self;
-        inertia.momentum(p, along);
+        let Self { terms, along, driven, inertia, .. } = self;
+        inertia.momentum(terms, p, along)?;
         driven.prescribe(system, t, inertia, |drive| {
             p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
         })?;

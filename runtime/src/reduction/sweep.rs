@@ -1,136 +1,135 @@
-//! M N without M: by one sweep out and back over the tree.
+//! What M does, without M: by sweeps over the tree.
 //!
 //! With the hinge s_i of joint i as a velocity, and the momentum F_i of all that moves with it at unit speed, both about
 //! the origin of the base frame, M_ij = s_j . F_i for every joint j on the way to the ground (R. Featherstone, "Rigid
-//! Body Dynamics Algorithms", 2008, 6.2). So row i of M N needs two sums, of which one grows on the way out and the
-//! other on the way back:
+//! Body Dynamics Algorithms", 2008, 6.2). Each entry off the diagonal stands twice in M, so that one sweep out is enough
+//! for x^T M y + y^T M x, and half the diagonal belongs to it:
 //!
 //! ```text
-//! V_i = V_parent + s_i N_i        P_i = sum_beyond F_j N_j        (M N)_i = F_i . V_i + s_i . P_i + rotor_i N_i
+//! M = G + G^T        (G x)_i = F_i . (V_parent + s_i x_i / 2) + rotor_i x_i / 2        V_i = V_parent + s_i x_i
 //! ```
 //!
-//! That is 24 products for each joint and independent speed, however deep the tree is.
+//! That is 12 products for each joint and x, however deep the tree is. M x itself needs a sweep back, too:
+//!
+//! ```text
+//! (M x)_i = F_i . V_i + s_i . P_i + rotor_i x_i        P_i = sum_beyond F_j x_j
+//! ```
 
-use super::inertia::{Block, LANES, at, at_mut, sum_of};
+use super::inertia::{Block, LANES, sum_of};
 use super::{Branch, Terms};
+use crate::linear::{add_scaled, dot};
+use crate::workspace::split;
 use crate::{Error, Scalar};
 
 /// Numbers of a velocity or a momentum: three of a turn and three of a displacement.
 pub(super) const PARTS: usize = 6;
 
-/// A velocity or a momentum for each of some speeds.
-type Parts<S> = [Block<S>; PARTS];
+/// A velocity or a momentum.
+type Parts<T> = [T; PARTS];
 
 /// V and P of the joints on the way from the ground to the present one.
-pub(super) struct Sums<'a, S> {
-    /// V by depth.
-    outward: &'a mut [Parts<S>],
-    /// P by depth.
-    inward: &'a mut [Parts<S>],
+pub(super) struct Sweep<'a, S> {
+    /// V for each of some x, by depth.
+    velocities: &'a mut [Parts<Block<S>>],
+    /// V of one x, by depth.
+    velocity: &'a mut [Parts<S>],
+    /// P of one x, by depth of the joints beyond.
+    beyond: &'a mut [Parts<S>],
 }
 
-impl<'a, S: Scalar> Sums<'a, S> {
-    /// In this room.
-    pub fn of(outward: &'a mut [Block<S>], inward: &'a mut [Block<S>]) -> Self {
-        Self { outward: outward.as_chunks_mut().0, inward: inward.as_chunks_mut().0 }
+/// Numbers that [`Sweep`] needs; `depth` is the greatest number of joints on the way from the ground.
+pub(super) const fn sweep_len(depth: usize) -> usize {
+    PARTS * (LANES * depth + depth + depth + 1)
+}
+
+impl<'a, S: Scalar> Sweep<'a, S> {
+    /// Room for it.
+    pub fn of(depth: usize, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
+        let velocities = split(workspace, PARTS * LANES * depth)?;
+        Ok(Self {
+            velocities: velocities.as_chunks_mut().0.as_chunks_mut().0,
+            velocity: split(workspace, PARTS * depth)?.as_chunks_mut().0,
+            beyond: split(workspace, PARTS * (depth + 1))?.as_chunks_mut().0,
+        })
     }
 
-    /// Writes M N, `products`, for N of a block of speeds; a joint that moves no mass is not `active`, and has zeros.
-    pub fn sweep(
+    /// Writes G x for each of some x, all by branch.
+    pub fn half(
         &mut self,
         branches: &[Branch],
         terms: &Terms<'_, S>,
-        null_space: &[Block<S>],
-        products: &mut [Block<S>],
-        active: &mut [S],
+        x: &[Block<S>],
+        out: &mut [Block<S>],
     ) -> Result<(), Error> {
-        for ((index, branch), active) in branches.iter().enumerate().zip(active) {
-            let next = branches.get(index + 1).map_or(0, |next| next.depth);
-            let joint = Joint::of(terms, index)?;
-            if next <= branch.depth && joint.is_idle() {
-                *active = S::ZERO;
-                *at_mut(products, index)? = [S::ZERO; LANES];
-            } else {
-                *active = S::ONE;
-                self.enter(branch.depth, &joint, at(null_space, index)?)?;
-                if next > branch.depth {
-                    continue;
-                }
-                *at_mut(products, index)? =
-                    self.leave(branch.depth, &joint, at(null_space, index)?)?;
+        let half = S::from_f64(0.5);
+        let none = [[S::ZERO; LANES]; PARTS];
+        for (((branch, joint), x), out) in branches.iter().zip(joints(terms)).zip(x).zip(out) {
+            let (above, own) = split_at(self.velocities, branch.depth.into())?;
+            let above = above.last().unwrap_or(&none);
+            let halves = x.map(|x| half * x);
+            let mut sum = halves.map(|x| joint.rotor * x);
+            let parts = joint.axis.iter().zip(joint.momentum).zip(above);
+            for (((&s, &f), above), own) in parts.zip(own) {
+                sum = sum_of(f, &sum_of(s, &halves, above), &sum);
+                *own = sum_of(s, x, above);
             }
-            // Those before it that nothing follows end here, too.
-            let mut last = index;
-            for depth in (next..branch.depth).rev() {
-                let before = branches.get(..last).unwrap_or_default();
-                let parent = before.iter().rposition(|branch| branch.depth == depth);
-                last = parent.unwrap_or(0);
-                *at_mut(products, last)? =
-                    self.leave(depth, &Joint::of(terms, last)?, at(null_space, last)?)?;
-            }
+            *out = sum;
         }
         Ok(())
     }
 
-    /// V of a joint; its P begins with nothing.
-    #[inline]
-    fn enter(&mut self, depth: u16, joint: &Joint<'_, S>, n: &Block<S>) -> Result<(), Error> {
-        let depth = usize::from(depth);
-        let above = depth.checked_sub(1).and_then(|above| self.outward.get(above));
-        let own = match above {
-            Some(above) => core::array::from_fn(|part| sum_of(joint.axis[part], n, &above[part])),
-            None => joint.axis.map(|s| n.map(|n| s * n)),
-        };
-        *parts(self.outward, depth)? = own;
-        *parts(self.inward, depth)? = [[S::ZERO; LANES]; PARTS];
-        Ok(())
-    }
-
-    /// (M N)_i of a joint whose P is complete; what it adds to the P before it is added.
-    #[inline]
-    fn leave(&mut self, depth: u16, joint: &Joint<'_, S>, n: &Block<S>) -> Result<Block<S>, Error> {
-        let depth = usize::from(depth);
-        let (v, p) = (parts(self.outward, depth)?, *parts(self.inward, depth)?);
-        let mut product = n.map(|n| joint.rotor * n);
-        for ((f, v), (s, p)) in joint.momentum.iter().zip(v).zip(joint.axis.iter().zip(&p)) {
-            product = sum_of(*s, p, &sum_of(*f, v, &product));
+    /// Writes M x by branch.
+    pub fn whole(
+        &mut self,
+        branches: &[Branch],
+        terms: &Terms<'_, S>,
+        x: &[S],
+        out: &mut [S],
+    ) -> Result<(), Error> {
+        let joints_out = branches.iter().zip(joints(terms)).zip(x);
+        for (((branch, joint), &x), out) in joints_out.zip(&mut *out) {
+            let (above, own) = split_at(self.velocity, branch.depth.into())?;
+            *own = above.last().copied().unwrap_or([S::ZERO; PARTS]);
+            add_scaled(own, x, joint.axis);
+            *out = joint.rotor * x + dot(joint.momentum, own);
         }
-        if let Some(above) = depth.checked_sub(1) {
-            let above = parts(self.inward, above)?;
-            for ((above, own), f) in above.iter_mut().zip(&p).zip(joint.momentum) {
-                let sum = sum_of(*f, n, own);
-                *above = core::array::from_fn(|lane| above[lane] + sum[lane]);
+        self.beyond.fill([S::ZERO; PARTS]);
+        let joints_back = branches.iter().zip(joints(terms)).zip(x);
+        for (((branch, joint), &x), out) in joints_back.zip(out).rev() {
+            let (here, beyond) = split_at(self.beyond, usize::from(branch.depth) + 1)?;
+            let own = core::mem::replace(beyond, [S::ZERO; PARTS]);
+            *out += dot(joint.axis, &own);
+            if let Some(here) = here.last_mut() {
+                add_scaled(here, S::ONE, &own);
+                add_scaled(here, x, joint.momentum);
             }
         }
-        Ok(product)
+        Ok(())
     }
 }
 
 /// What the mechanism writes about a joint.
 struct Joint<'a, S> {
-    axis: &'a [S; PARTS],
-    momentum: &'a [S; PARTS],
+    axis: &'a Parts<S>,
+    momentum: &'a Parts<S>,
     rotor: S,
 }
 
-impl<'a, S: Scalar> Joint<'a, S> {
-    fn of(terms: &'a Terms<'_, S>, index: usize) -> Result<Self, Error> {
-        let parts = (terms.axes.as_chunks().0.get(index), terms.momenta.as_chunks().0.get(index));
-        match (parts, terms.rotors.get(index)) {
-            ((Some(axis), Some(momentum)), Some(&rotor)) => Ok(Self { axis, momentum, rotor }),
-            _ => Err(Error::Length { expected: index + 1, given: terms.rotors.len() }),
-        }
-    }
-
-    /// Whether nothing that has mass moves with it.
-    fn is_idle(&self) -> bool {
-        self.rotor == S::ZERO && *self.momentum == [S::ZERO; PARTS]
-    }
+/// The joints in the order of the branches.
+fn joints<'a, S: Scalar>(
+    terms: &'a Terms<'_, S>,
+) -> impl DoubleEndedIterator<Item = Joint<'a, S>> + ExactSizeIterator {
+    let (axes, momenta) = (terms.axes.as_chunks().0, terms.momenta.as_chunks().0);
+    let parts = axes.iter().zip(momenta).zip(&*terms.rotors);
+    parts.map(|((axis, momentum), &rotor)| Joint { axis, momentum, rotor })
 }
 
-/// The sums of a depth.
+/// What comes before a depth, and what is there.
 #[inline(always)]
-fn parts<S>(sums: &mut [Parts<S>], depth: usize) -> Result<&mut Parts<S>, Error> {
+fn split_at<T>(sums: &mut [T], depth: usize) -> Result<(&mut [T], &mut T), Error> {
     let given = sums.len();
-    sums.get_mut(depth).ok_or(Error::Length { expected: depth + 1, given })
+    let split = sums.split_at_mut_checked(depth);
+    split
+        .and_then(|(before, from)| Some((before, from.first_mut()?)))
+        .ok_or(Error::Length { expected: depth + 1, given })
 }

@@ -5,18 +5,13 @@
  *
  * and for driven joints, with their rows B of N, B a = b, where a = H^-1 (r + B^T mu). The mechanism writes p, the
  * hinges s of its joints and the momenta F of what moves about them, both about the origin of the base frame. With
- * them row i of M N is
+ * them M = G + G^T, where
  *
- *     F_i . V_i + s_i . P_i + rotor_i N_i,  V_i = V_parent + s_i N_i,  P_i = sum_beyond F_j N_j
+ *     (G x)_i = F_i . (V_parent + s_i x_i / 2) + rotor_i x_i / 2,  V_i = V_parent + s_i x_i
+ *     (M x)_i = F_i . V_i + s_i . P_i + rotor_i x_i,  P_i = sum_beyond F_j x_j
  *
  * The same as in runtime/src/reduction/. */
 #include "algorithms.h"
-
-/* By the greatest depths of the joints of the tree. */
-struct sums {
-    real outward[DEPTH][parts][INDEPENDENT]; /* V */
-    real inward[DEPTH][parts][INDEPENDENT]; /* P */
-};
 
 /* Fills N; the magnitude of its largest entry. */
 static real eliminate(struct reduction *reduction)
@@ -36,62 +31,49 @@ static real eliminate(struct reduction *reduction)
     return largest;
 }
 
-/* The last joint up to this one that has so many joints before it. */
-static int joint_at(int branch, int depth)
-{
-    for (int i = branch; i > 0; i--)
-        if (branch_depths[i] == depth)
-            return i;
-    return 0;
-}
-
-/* V of a joint. */
-static void enter(const struct reduction *reduction, struct sums *sums, int branch)
-{
-    const int depth = branch_depths[branch];
-    for (int part = 0; part < parts; part++) {
-        real *sum = sums->outward[depth][part];
-        if (depth > 0)
-            copy(sum, sums->outward[depth - 1][part], INDEPENDENT);
-        else
-            fill(sum, 0, INDEPENDENT);
-        add_scaled(sum, reduction->axes[branch][part], reduction->null_space[branch], INDEPENDENT);
-    }
-}
-
-/* The row of M N of a joint whose P is complete, and what it adds to the P before it. */
-static void leave(struct reduction *reduction, struct sums *sums, int branch)
-{
-    const int depth = branch_depths[branch];
-    const real *row = reduction->null_space[branch];
-    real *product = reduction->products[branch];
-    fill(product, 0, INDEPENDENT);
-    add_scaled(product, reduction->rotors[branch], row, INDEPENDENT);
-    for (int part = 0; part < parts; part++) {
-        const real axis = reduction->axes[branch][part], momentum = reduction->momenta[branch][part];
-        real *own = sums->inward[depth][part];
-        add_scaled(product, momentum, sums->outward[depth][part], INDEPENDENT);
-        add_scaled(product, axis, own, INDEPENDENT);
-        if (depth > 0) {
-            add_scaled(own, momentum, row, INDEPENDENT);
-            add_scaled(sums->inward[depth - 1][part], 1, own, INDEPENDENT);
-        }
-    }
-}
-
-/* M N, on the way out and back along the tree. */
+/* Fills G N. */
 static void sweep(struct reduction *reduction)
 {
-    struct sums sums;
+    real velocities[DEPTH][parts][INDEPENDENT];
     for (int branch = 0; branch < BRANCHES; branch++) {
-        const int next = branch + 1 < BRANCHES ? branch_depths[branch + 1] : 0;
-        fill(&sums.inward[branch_depths[branch]][0][0], 0, parts * INDEPENDENT);
-        enter(reduction, &sums, branch);
-        for (int depth = branch_depths[branch], last = branch; depth >= next; depth--) {
-            last = joint_at(last, depth);
-            leave(reduction, &sums, last);
+        const int depth = branch_depths[branch];
+        const real *row = reduction->null_space[branch];
+        real *half = reduction->half[branch];
+        fill(half, 0, INDEPENDENT);
+        add_scaled(half, R(0.5) * reduction->rotors[branch], row, INDEPENDENT);
+        for (int part = 0; part < parts; part++) {
+            const real axis = R(0.5) * reduction->axes[branch][part];
+            real *own = velocities[depth][part];
+            if (depth > 0)
+                copy(own, velocities[depth - 1][part], INDEPENDENT);
+            else
+                fill(own, 0, INDEPENDENT);
+            add_scaled(own, axis, row, INDEPENDENT);
+            add_scaled(half, reduction->momenta[branch][part], own, INDEPENDENT);
+            add_scaled(own, axis, row, INDEPENDENT);
         }
     }
+}
+
+/* Rows of the joints become, for independent ones, the sums over all joints of N. */
+static void take_back(const struct reduction *reduction, real rows[BRANCHES][INDEPENDENT])
+{
+    const real *coefficient = reduction->coefficients + COEFFICIENTS;
+    const unsigned short *column = columns + COEFFICIENTS;
+    for (int i = DEPENDENT - 1; i >= 0; i--)
+        for (int term = 0; term < dependent_terms[i]; term++)
+            add_scaled(rows[*--column], *--coefficient, rows[dependent_branches[i]], INDEPENDENT);
+}
+
+/* H, on and below the diagonal. */
+static void set_inertia(struct reduction *reduction)
+{
+    sweep(reduction);
+    take_back(reduction, reduction->half);
+    for (int i = 0; i < INDEPENDENT; i++)
+        for (int j = 0; j <= i; j++)
+            reduction->inertia[i * INDEPENDENT + j] = reduction->half[independent_branches[i]][j]
+                + reduction->half[independent_branches[j]][i];
 }
 
 /* Computes the matrices; how far they can be trusted. */
@@ -104,23 +86,43 @@ static enum trust set_matrices(struct reduction *reduction)
         reduction->trust = doubtful;
     if (reduction->trust == doubtful)
         return doubtful;
-    sweep(reduction);
-    fill(reduction->inertia, 0, INDEPENDENT * INDEPENDENT);
-    for (int branch = 0; branch < BRANCHES; branch++)
-        for (int i = 0; i < INDEPENDENT; i++)
-            add_scaled(reduction->inertia + i * INDEPENDENT, reduction->null_space[branch][i],
-                reduction->products[branch], i + 1);
+    set_inertia(reduction);
     if (factor_cholesky(reduction->inertia, INDEPENDENT) < INDEPENDENT)
         reduction->trust = doubtful;
     return reduction->trust;
 }
 
-/* The sum over the joints of x times their rows. */
-static void combine_transposed(real rows[BRANCHES][INDEPENDENT], const real *x, real *sum)
+/* N^T x */
+static void combine_transposed(const struct reduction *reduction, const real *x, real *sum)
 {
     fill(sum, 0, INDEPENDENT);
     for (int branch = 0; branch < BRANCHES; branch++)
-        add_scaled(sum, x[branch_joints[branch]], rows[branch], INDEPENDENT);
+        add_scaled(sum, x[branch_joints[branch]], reduction->null_space[branch], INDEPENDENT);
+}
+
+/* N^T M x */
+static void reduce_momenta(const struct reduction *reduction, const real *x, real *sum)
+{
+    real velocities[DEPTH][parts], beyond[DEPTH + 1][parts], momenta[SPEEDS];
+    for (int branch = 0; branch < BRANCHES; branch++) {
+        const int depth = branch_depths[branch], joint = branch_joints[branch];
+        if (depth > 0)
+            copy(velocities[depth], velocities[depth - 1], parts);
+        else
+            fill(velocities[depth], 0, parts);
+        add_scaled(velocities[depth], x[joint], reduction->axes[branch], parts);
+        momenta[joint] = reduction->rotors[branch] * x[joint]
+            + dot(reduction->momenta[branch], velocities[depth], parts);
+    }
+    fill(&beyond[0][0], 0, (DEPTH + 1) * parts);
+    for (int branch = BRANCHES - 1; branch >= 0; branch--) {
+        const int depth = branch_depths[branch], joint = branch_joints[branch];
+        momenta[joint] += dot(reduction->axes[branch], beyond[depth + 1], parts);
+        add_scaled(beyond[depth], 1, beyond[depth + 1], parts);
+        add_scaled(beyond[depth], x[joint], reduction->momenta[branch], parts);
+        fill(beyond[depth + 1], 0, parts);
+    }
+    combine_transposed(reduction, momenta, sum);
 }
 #if DRIVES > 0
 
@@ -203,7 +205,7 @@ PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, cons
     *pivot = 1 / reduction.largest[0];
     if (set_matrices(&reduction) == doubtful)
         return doubtful;
-    combine_transposed(reduction.null_space, forces, y);
+    combine_transposed(&reduction, forces, y);
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
@@ -243,11 +245,11 @@ PRIVATE enum trust correct_reduced(struct reduction *reduction, int is_known, re
 #else
     (void)t, (void)in;
 #endif
-    combine_transposed(reduction->products, positions, y);
+    reduce_momenta(reduction, positions, y);
     if (!solve_reduced(reduction, too_far, y))
         return doubtful;
     add_combined(reduction, -1, y, positions);
-    combine_transposed(reduction->products, speeds, y);
+    reduce_momenta(reduction, speeds, y);
     if (!solve_reduced(reduction, too_fast, y))
         return doubtful;
     add_combined(reduction, -1, y, speeds);

@@ -53,7 +53,7 @@ struct reduction {
     real coefficients[COEFFICIENTS];
     real largest[1]; /* inverse pivot of the closure */
     real null_space[BRANCHES][INDEPENDENT]; /* N */
-    real products[BRANCHES][INDEPENDENT]; /* M N */
+    real half[BRANCHES][INDEPENDENT]; /* G N, where M = G + G^T */
     real inertia[INDEPENDENT * INDEPENDENT]; /* factor of N^T M N */
     enum trust trust; /* in these matrices */
 };
