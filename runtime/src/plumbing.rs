@@ -9,7 +9,7 @@ use crate::{Error, Scalar};
 pub use crate::arrays::{forces, jacobian, jacobian_params, motor_torques};
 pub use crate::integrate::rodasp;
 pub use crate::jacobian::{Change, JacobianMut};
-pub use crate::reduction::{Branch, Dependent, Reduction, ReductionParts, ReductionSizes};
+pub use crate::reduction::{Branch, Reduction, ReductionParts, ReductionSizes, Rows};
 pub use crate::workspace::workspace_len;
 
 /// Sizes of a mechanism.
@@ -116,10 +116,8 @@ pub struct ReductionMut<'a, S> {
     pub momenta: &'a mut [S],
     /// The inertia of each branch's rotor, B, kg m^2.
     pub rotors: &'a mut [S],
-    /// The coefficients of the dependent speeds, in the order of the reduction's columns.
-    pub coefficients: &'a mut [S],
-    /// The largest inverse pivot of the elimination, in units of the inverse of its loop's length, 1.
-    pub largest: &'a mut [S],
+    /// The rows of J that determine the dependent joints, over their loops' lengths: what [`Reduction::closure`] names.
+    pub closure: &'a mut [S],
 }
 
 /// Where [`write_gaps`](crate::Mechanism::write_gaps) writes, for K contact points. Matrices are row-major.

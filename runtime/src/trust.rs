@@ -109,14 +109,16 @@ fn beside<Y: Mechanism>(
         // Many loops have a large Jacobian, and this function does without.
         let mut rest = &mut *workspace;
         let residual = split(&mut rest, 9 * loops)?;
-        let (positions, speeds) = (split(&mut rest, n)?, split(&mut rest, n)?);
-        let out = ProjectionMut { residual, positions, speeds };
         let is_written = match reduction::suitable(system) {
             Some(reduction) => {
-                reduction::write_projection(system, reduction, (q, u), out, rest)?;
+                reduction::write_residual(system, reduction, (q, u), residual, rest)?;
                 true
             }
-            None => system.write_projection(q, u, out)?.is_some(),
+            None => {
+                let (positions, speeds) = (split(&mut rest, n)?, split(&mut rest, n)?);
+                let out = ProjectionMut { residual, positions, speeds };
+                system.write_projection(q, u, out)?.is_some()
+            }
         };
         if is_written {
             return Ok(Gap::of_state(system, max_abs(split(&mut workspace, 9 * loops)?)));

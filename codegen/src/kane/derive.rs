@@ -189,15 +189,18 @@ fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option
     let Some(reduction) = topology.reduction.as_ref().filter(|_| suits) else {
         return (None, None);
     };
-    let elimination = independent::Elimination::new(binder, phases.closure, reduction);
+    let sparsity = independent::Sparsity::new(phases.closure, reduction, mechanism.speeds());
     let is_driven = mechanism.joints.iter().any(|joint| joint.drive.is_some());
-    let has_many = elimination.pairs(reduction) > MOST_PAIRS;
+    let has_many = sparsity.pairs(reduction) > MOST_PAIRS;
     let has_stops = mechanism.joints.iter().any(|joint| joint.limits.iter().any(|x| x.is_finite()));
     let has_parts = !has_free && !reduction.independent.is_empty();
     let is_in_parts = has_parts && (is_driven || has_many);
     let terms = (is_in_parts || has_parts && has_stops)
-        .then(|| parts(binder, phases, reduction, &elimination));
-    let reduced = (!is_in_parts).then(|| solved(binder, phases, reduction, elimination));
+        .then(|| parts(binder, phases, reduction, &sparsity));
+    let reduced = (!is_in_parts).then(|| {
+        let elimination = independent::Elimination::new(binder, phases.closure, reduction);
+        solved(binder, phases, reduction, elimination)
+    });
     (reduced, terms)
 }
 
@@ -221,20 +224,19 @@ fn parts(
     binder: &mut Binder,
     phases: &Phases,
     reduction: &Reduction,
-    elimination: &independent::Elimination,
+    sparsity: &independent::Sparsity,
 ) -> Terms {
-    let parts = Parts::new(binder, phases, reduction, elimination);
+    let parts = Parts::new(binder, phases, reduction, sparsity);
     Terms {
         axes: binder.trees(&parts.axes),
         rotors: binder.trees(&parts.rotors),
-        coefficients: binder.trees(&parts.coefficients),
-        largest: binder.trees(&parts.largest),
+        closure: binder.trees(&parts.closure),
         momenta: binder.trees(&parts.momenta),
-        given: binder.trees(&parts.given),
+        opening: binder.trees(&parts.opening),
         forces: binder.trees(&parts.forces),
         projection_momenta: binder.trees(&parts.projection_momenta),
-        positions: binder.trees(&parts.positions),
-        speeds: binder.trees(&parts.speeds),
+        row_residual: binder.trees(&parts.row_residual),
+        row_velocity: binder.trees(&parts.row_velocity),
         pattern: parts.pattern,
     }
 }

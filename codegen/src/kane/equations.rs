@@ -166,23 +166,21 @@ pub struct Terms {
     pub axes: Vec<Tree<Leaf>>,
     /// Inertia of the rotors, B, kg m^2.
     pub rotors: Vec<Tree<Leaf>>,
-    /// Coefficients of the dependent speeds.
-    pub coefficients: Vec<Tree<Leaf>>,
-    /// The largest inverse pivot of the closure times its loop's length, 1.
-    pub largest: Vec<Tree<Leaf>>,
+    /// Rows of J over their loops' lengths, 1: the entries that the pattern's `closure` names.
+    pub closure: Vec<Tree<Leaf>>,
     /// Momentum of all that moves with each hinge at unit speed, about the origin of the base frame: moment and
     /// force, B x 6.
     pub momenta: Vec<Tree<Leaf>>,
-    /// du/dt that solves the closure with zeros for the independent joints, N.
-    pub given: Vec<Tree<Leaf>>,
-    /// f - M `given`, N, N m.
+    /// These rows times du/dt, in the order of the elimination, rad/s^2.
+    pub opening: Vec<Tree<Leaf>>,
+    /// f, N, N m.
     pub forces: Vec<Tree<Leaf>>,
     /// As `momenta`, for the M of the tree.
     pub projection_momenta: Vec<Tree<Leaf>>,
-    /// What closes the loops, to be taken from q, to first order, with zeros for the independent joints, N.
-    pub positions: Vec<Tree<Leaf>>,
-    /// The same for u, N.
-    pub speeds: Vec<Tree<Leaf>>,
+    /// What these rows have to take from q, to first order, rad.
+    pub row_residual: Vec<Tree<Leaf>>,
+    /// The same for u, rad/s.
+    pub row_velocity: Vec<Tree<Leaf>>,
 }
 
 impl Equations {

@@ -33,15 +33,14 @@ pub fn terms(equations: &Equations, terms: &Terms, kind: FunctionKind) -> Functi
         ("axes", branches, 6, &terms.axes),
         ("momenta", branches, 6, momenta),
         ("rotors", branches, 1, &terms.rotors),
-        ("coefficients", terms.coefficients.len(), 1, &terms.coefficients),
-        ("largest", 1, 1, &terms.largest),
+        ("closure", terms.closure.len(), 1, &terms.closure),
     ];
     if projects {
         outputs.push(("residual", equations.residual.len(), 1, &equations.residual));
-        outputs.push(("positions", n, 1, &terms.positions));
-        outputs.push(("speeds", n, 1, &terms.speeds));
+        outputs.push(("row_residual", terms.row_residual.len(), 1, &terms.row_residual));
+        outputs.push(("row_velocity", terms.row_velocity.len(), 1, &terms.row_velocity));
     } else {
-        outputs.push(("given", n, 1, &terms.given));
+        outputs.push(("opening", terms.opening.len(), 1, &terms.opening));
         outputs.push(("forces", n, 1, &terms.forces));
     }
     function(equations, kind, &outputs)

@@ -306,9 +306,22 @@ pub struct ReductionInfo {
     pub branches: Vec<(u16, u16)>,
     /// The joints whose speeds are independent.
     pub independent: Vec<u16>,
-    /// The other joints, each after those that its speed follows from, and how many these are.
-    pub dependent: Vec<(u16, u16)>,
-    /// The joints that the speeds of the dependent ones follow from.
+    /// The other joints, in the order in which their speeds are eliminated.
+    pub order: Vec<u16>,
+    /// The joints that move what closes a loop, for the row of J that determines the joint of a row here.
+    pub closure: SparseRows,
+    /// L: the joints before it, and the independent ones, that are eliminated from the row of J of a joint.
+    pub lower: SparseRows,
+    /// U: the joints after it that are left in the row of J of a joint.
+    pub upper: SparseRows,
+}
+
+/// Where a matrix with a row for each joint has entries.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SparseRows {
+    /// The end of each row in `columns`.
+    pub ends: Vec<u32>,
+    /// The joint of each entry.
     pub columns: Vec<u16>,
 }
 

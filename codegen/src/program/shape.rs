@@ -85,8 +85,10 @@ pub enum Size {
     Commands,
     /// The joints in the order of the reduction to independent speeds; none without it.
     Branches,
-    /// The coefficients of that reduction.
-    Coefficients,
+    /// The joints whose speeds follow from independent ones; none without it.
+    Dependent,
+    /// The entries of the closure rows that determine these.
+    ClosureEntries,
 }
 
 impl Size {
@@ -110,7 +112,10 @@ impl Size {
             Self::Memory => interface.memory().count(),
             Self::Commands => interface.commands().count(),
             Self::Branches => interface.reduction.as_ref().map_or(0, |it| it.branches.len()),
-            Self::Coefficients => interface.reduction.as_ref().map_or(0, |it| it.columns.len()),
+            Self::Dependent => interface.reduction.as_ref().map_or(0, |it| it.order.len()),
+            Self::ClosureEntries => {
+                interface.reduction.as_ref().map_or(0, |it| it.closure.columns.len())
+            }
         }
     }
 }
@@ -135,7 +140,8 @@ impl std::fmt::Display for Size {
             Self::Memory => "memory",
             Self::Commands => "commands",
             Self::Branches => "branches",
-            Self::Coefficients => "coefficients",
+            Self::Dependent => "dependent",
+            Self::ClosureEntries => "entries",
         };
         f.write_str(symbol)
     }

@@ -76,20 +76,12 @@ const MOMENTA: Array = array(
 const ROTORS: Array =
     vector("rotors", Size::Branches, "kg m^2", "the inertia of the branches' rotors");
 
-/// Coefficients of the elimination.
-const COEFFICIENTS: Array = vector(
-    "coefficients",
-    Size::Coefficients,
+/// Rows of J.
+const CLOSURE: Array = vector(
+    "closure",
+    Size::ClosureEntries,
     "",
-    "the dependent speeds by those that they follow from",
-);
-
-/// How far an elimination can be trusted.
-const LARGEST: Array = vector(
-    "largest",
-    Size::Fixed(1),
-    "",
-    "the largest inverse pivot of the closure times the length of its loop",
+    "the rows of J that determine the dependent joints, over the length of their loop",
 );
 
 /// Every function, in the order of [`FunctionKind`].
@@ -292,15 +284,14 @@ pub const SIGNATURES: [Signature; 19] = [
             AXES,
             MOMENTA,
             ROTORS,
-            COEFFICIENTS,
-            LARGEST,
+            CLOSURE,
             vector(
-                "given",
-                Size::Speeds,
+                "opening",
+                Size::Dependent,
                 "rad/s^2",
-                "du/dt that solves the closure with zeros for the independent joints",
+                "what the rows of J times du/dt are, in the order of the elimination",
             ),
-            vector("forces", Size::Speeds, "N m", "f - M given"),
+            vector("forces", Size::Speeds, "N m", "f"),
         ],
         doc: "What du/dt by independent speeds needs",
     },
@@ -313,16 +304,15 @@ pub const SIGNATURES: [Signature; 19] = [
             AXES,
             MOMENTA,
             ROTORS,
-            COEFFICIENTS,
-            LARGEST,
+            CLOSURE,
             vector("residual", Size::Residuals, "m", "the closure residuals"),
             vector(
-                "positions",
-                Size::Speeds,
+                "row_residual",
+                Size::Dependent,
                 "rad",
-                "what closes the loops, to be taken from q, with zeros for the independent joints",
+                "what the rows of J have to take from q, in the order of the elimination",
             ),
-            vector("speeds", Size::Speeds, "rad/s", "the same to be taken from u"),
+            vector("row_velocity", Size::Dependent, "rad/s", "the same for u"),
         ],
         doc: "What a projection by independent speeds needs",
     },

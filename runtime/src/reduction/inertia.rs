@@ -1,30 +1,45 @@
 //! The dense matrices of the independent speeds: N and H = N^T M N.
 //!
-//! M is never formed ([`sweep`](super::sweep)): of M = G + G^T the sweep takes G N, and what the closure's elimination
-//! says of the speeds takes it back to the independent ones. So H = A + A^T, A = N^T G N, costs as many products for each
-//! independent speed as there are joints and coefficients.
+//! Neither M nor the products of N with itself are formed: of M = G + G^T the [sweep](super::sweep) takes G N, and the transposed
+//! [elimination](super::elimination) takes this back to the independent speeds. So H = A + A^T, A = N^T G N, costs some products
+//! for each joint and each entry of L and U, for each independent speed.
 //!
-//! Everything is computed for [`LANES`] independent speeds after the other: so a step of a loop works on arrays of that
+//! Everything is computed for a block of independent speeds after the other: so a step of a loop works on arrays of a fixed
 //! length, of which the compiler makes vector instructions, and what it reads stays in the first cache.
 
 use super::driven::{Driven, Met};
+use super::elimination::{Elimination, elimination_len};
 use super::sweep::{Sweep, sweep_len};
-use super::{Branch, Reduction, ReductionSizes, Terms};
+use super::{Reduction, ReductionSizes, Terms};
 use crate::constants::WEIGHT_OF_ENTRY;
 use crate::linear::{backward, factor, forward};
 use crate::trust::{Trust, safe};
 use crate::workspace::split;
 use crate::{Error, Scalar};
 
-/// Numbers of a block.
-pub(super) const LANES: usize = 8;
+/// Numbers of a block where few speeds are independent.
+const NARROW: usize = 8;
+
+/// Numbers of other blocks: the more, the less waits for what a step reads.
+const WIDE: usize = 16;
+
+/// Bytes of a line of the cache: blocks that begin with one are read and written faster.
+const LINE: usize = 64;
+
+/// Numbers to the next line at most.
+const MOST_TO_LINE: usize = LINE / size_of::<f32>() - 1;
 
 /// Numbers of neighbouring independent speeds.
-pub(super) type Block<S> = [S; LANES];
+pub(super) type Block<S, const W: usize> = [S; W];
 
-/// Blocks of `d` independent speeds.
-const fn blocks(d: usize) -> usize {
-    d.div_ceil(LANES)
+/// Numbers of a block of `d` independent speeds.
+const fn width(d: usize) -> usize {
+    if d <= NARROW { NARROW } else { WIDE }
+}
+
+/// `d` and what is missing in its last block.
+const fn padded(d: usize) -> usize {
+    d.next_multiple_of(width(d))
 }
 
 /// N and the factor of H at a state.
@@ -32,15 +47,18 @@ pub(super) struct Inertia<'a, S> {
     reduction: Reduction<'a, S>,
     /// d, the number of independent speeds.
     independent: usize,
+    elimination: Elimination<'a, S>,
     /// N by block and branch.
-    null_space: &'a mut [Block<S>],
+    null_space: &'a mut [S],
     /// G N of a block of speeds, by branch.
-    half: &'a mut [Block<S>],
+    half: &'a mut [S],
     sweep: Sweep<'a, S>,
     /// A number for each independent speed.
-    row: &'a mut [Block<S>],
-    /// x and M x, by branch.
-    x: [&'a mut [S]; 2],
+    row: &'a mut [S],
+    /// p, by branch.
+    given: &'a mut [S],
+    /// M p, by branch.
+    momenta: &'a mut [S],
     /// H on and below the diagonal, d x d, and its factor.
     inertia: &'a mut [S],
 }
@@ -48,8 +66,13 @@ pub(super) struct Inertia<'a, S> {
 /// Numbers that [`Inertia`] needs.
 pub(super) const fn inertia_len(sizes: ReductionSizes) -> usize {
     let ReductionSizes { branches, depth, independent: d, .. } = sizes;
-    let in_blocks = (blocks(d) + 1) * branches + blocks(d);
-    in_blocks * LANES + sweep_len(depth) + 2 * branches + d * d
+    let in_blocks = padded(d) * (branches + 1) + width(d) * branches;
+    elimination_len(sizes)
+        + MOST_TO_LINE
+        + in_blocks
+        + sweep_len(depth, width(d))
+        + 2 * branches
+        + d * d
 }
 
 impl<'a, S: Scalar> Inertia<'a, S> {
@@ -60,15 +83,28 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         workspace: &mut &'a mut [S],
     ) -> Result<Self, Error> {
         let ReductionSizes { branches, depth, independent, .. } = sizes;
-        let count = blocks(independent);
-        let mut of = |blocks: usize| -> Result<&'a mut [Block<S>], Error> {
-            Ok(split(workspace, blocks * LANES)?.as_chunks_mut().0)
-        };
-        let (null_space, half, row) = (of(count * branches)?, of(branches)?, of(count)?);
-        let sweep = Sweep::of(depth, workspace)?;
-        let x = [split(workspace, branches)?, split(workspace, branches)?];
+        let padded = padded(independent);
+        let elimination = Elimination::of(sizes, workspace)?;
+        let to_line = workspace.as_ptr().align_offset(LINE);
+        split(workspace, to_line.min(MOST_TO_LINE))?;
+        let null_space = split(workspace, padded * branches)?;
+        let half = split(workspace, width(independent) * branches)?;
+        let row = split(workspace, padded)?;
+        let sweep = Sweep::of(depth, width(independent), workspace)?;
+        let (given, momenta) = (split(workspace, branches)?, split(workspace, branches)?);
         let inertia = split(workspace, independent * independent)?;
-        Ok(Self { reduction, independent, null_space, half, sweep, row, x, inertia })
+        Ok(Self {
+            reduction,
+            independent,
+            elimination,
+            null_space,
+            half,
+            sweep,
+            row,
+            given,
+            momenta,
+            inertia,
+        })
     }
 
     /// d.
@@ -76,71 +112,57 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         self.independent
     }
 
-    /// Computes the matrices; returns how far they can be trusted.
-    pub fn fill(&mut self, terms: &Terms<'_, S>) -> Result<Trust<S>, Error> {
-        let largest = S::from_f64(WEIGHT_OF_ENTRY) * self.eliminate(terms.coefficients)?;
-        let inverse_pivot = terms.largest.iter().fold(S::ZERO, |most, &value| most.max(value));
-        let trust = Trust::of_pivot(S::ONE / inverse_pivot);
-        // Written so that NaN is not trusted.
-        if trust == Trust::Doubtful || !(safe::<S>() * largest * largest < S::ONE) {
-            return Ok(Trust::Doubtful);
-        }
-        self.assemble(terms)?;
-        let is_positive = factor(self.inertia, self.independent).is_ok();
-        Ok(if is_positive { trust } else { Trust::Doubtful })
+    /// Eliminates the closure; returns how far that can be trusted.
+    pub fn eliminate(&mut self, terms: &Terms<'_, S>) -> Result<Trust<S>, Error> {
+        let inverse_pivot = self.elimination.factor(&self.reduction, terms.closure)?;
+        Ok(Trust::of_pivot(S::ONE / inverse_pivot))
     }
 
-    /// N; returns its largest entry.
-    fn eliminate(&mut self, coefficients: &[S]) -> Result<S, Error> {
-        let Reduction { branches, independent, dependent, columns, .. } = self.reduction;
-        self.null_space.fill([S::ZERO; LANES]);
-        let mut largest = [S::ONE; LANES];
-        let blocks = self.null_space.chunks_exact_mut(branches.len().max(1));
-        for (null_space, independent) in blocks.zip(independent.chunks(LANES)) {
-            for (lane, &branch) in independent.iter().enumerate() {
-                if let Some(entry) = at_mut(null_space, branch.into())?.get_mut(lane) {
-                    *entry = S::ONE;
-                }
-            }
-            let mut terms = columns.iter().zip(coefficients);
-            for dependent in dependent {
-                let mut sum = [S::ZERO; LANES];
-                for (&column, &coefficient) in terms.by_ref().take(dependent.terms.into()) {
-                    sum = sum_of(coefficient, at(null_space, column.into())?, &sum);
-                }
-                for (largest, x) in largest.iter_mut().zip(sum) {
-                    *largest = largest.max(x.abs());
-                }
-                *at_mut(null_space, dependent.branch.into())? = sum;
-            }
+    /// Computes N and H after the elimination; returns whether they can be trusted.
+    pub fn fill(&mut self, terms: &Terms<'_, S>) -> Result<bool, Error> {
+        match width(self.independent) {
+            NARROW => self.fill_blocks::<NARROW>(terms),
+            _ => self.fill_blocks::<WIDE>(terms),
         }
-        Ok(largest.into_iter().fold(S::ONE, S::max))
     }
 
-    /// H on and below the diagonal.
-    fn assemble(&mut self, terms: &Terms<'_, S>) -> Result<(), Error> {
-        let Self { reduction, sweep, null_space, half, inertia, .. } = self;
+    fn fill_blocks<const W: usize>(&mut self, terms: &Terms<'_, S>) -> Result<bool, Error> {
+        let Self { reduction, elimination, sweep, null_space, half, inertia, .. } = self;
         let Reduction { branches, independent, .. } = *reduction;
         let d = independent.len().max(1);
-        let blocks = null_space.chunks_exact(branches.len().max(1));
-        for (n, first) in blocks.zip((0..d).step_by(LANES)) {
+        let half = half.as_chunks_mut::<W>().0;
+        let mut largest = [S::ONE; W];
+        let blocks = blocks_mut::<S, W>(null_space, branches.len());
+        for (n, first) in blocks.zip((0..d).step_by(W)) {
+            for (k, &branch) in independent.iter().enumerate() {
+                let unit = |lane| if first + lane == k { S::ONE } else { S::ZERO };
+                *at_mut(n, branch)? = core::array::from_fn(unit);
+            }
+            elimination.spread(reduction, n)?;
+            for row in &*n {
+                largest = core::array::from_fn(|lane| largest[lane].max(row[lane].abs()));
+            }
             sweep.half(branches, terms, n, half)?;
-            take_back(reduction, terms.coefficients, half)?;
+            elimination.take_back(reduction, half)?;
             for (&branch, row) in independent.iter().zip(inertia.chunks_exact_mut(d)) {
-                let sums = at(half, branch.into())?;
-                for (entry, &sum) in row.iter_mut().skip(first).zip(sums) {
+                for (entry, &sum) in row.iter_mut().skip(first).zip(at(half, branch)?) {
                     *entry = sum;
                 }
             }
         }
-        for i in 0..d {
-            let (expected, given) = (d * d, inertia.len());
-            let split = inertia.split_at_mut_checked(i * d);
-            let (above, rest) = split.ok_or(Error::Length { expected, given })?;
-            let (own, row) = (rest.get(i).copied(), rest.iter_mut());
-            let mirrored = above.chunks_exact(d).map(|row| row.get(i).copied()).chain([own]);
-            for (entry, mirrored) in row.zip(mirrored.flatten()) {
-                *entry += mirrored;
+        let largest = S::from_f64(WEIGHT_OF_ENTRY) * largest.into_iter().fold(S::ONE, S::max);
+        mirror(inertia, d)?;
+        // Written so that NaN is not trusted.
+        Ok(safe::<S>() * largest * largest < S::ONE && factor(inertia, d).is_ok())
+    }
+
+    /// Solves J p = b with zeros for the independent joints, for b by the order of the elimination; writes p in the order
+    /// of u.
+    pub fn give(&mut self, wanted: &[S], out: &mut [S]) -> Result<(), Error> {
+        self.elimination.solve(&self.reduction, wanted, self.given)?;
+        for (&given, branch) in self.given.iter().zip(self.reduction.branches) {
+            if let Some(place) = out.get_mut(usize::from(branch.joint)) {
+                *place = given;
             }
         }
         Ok(())
@@ -152,33 +174,43 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         let Some(index) = branches.position(|branch| usize::from(branch.joint) == joint) else {
             return Ok(());
         };
-        let blocks = self.null_space.chunks_exact(self.reduction.branches.len().max(1));
-        for (out, n) in out.chunks_mut(LANES).zip(blocks) {
-            for (out, &value) in out.iter_mut().zip(at(n, index)?) {
+        let width = width(self.independent);
+        let blocks = self.null_space.chunks_exact((width * self.reduction.branches.len()).max(1));
+        for (out, n) in out.chunks_mut(width).zip(blocks) {
+            for (out, &value) in out.iter_mut().zip(n.iter().skip(index * width)) {
                 *out = value;
             }
         }
         Ok(())
     }
 
-    /// N^T x, for x in the order of u.
-    pub fn reduce(&self, x: &[S], out: &mut [S]) {
-        let branches = self.reduction.branches;
-        let of = |branch: &Branch| x.get(usize::from(branch.joint)).copied().unwrap_or(S::ZERO);
-        transposed(self.null_space, branches.len(), branches.iter().map(of), out);
+    /// N^T M p of the last p that was [given](Self::give).
+    pub fn momentum(&mut self, terms: &Terms<'_, S>, out: &mut [S]) -> Result<(), Error> {
+        let Self { reduction, sweep, given, momenta, .. } = self;
+        sweep.whole(reduction.branches, terms, given, momenta)?;
+        self.reduce(out);
+        Ok(())
     }
 
-    /// N^T M x, for x in the order of u.
-    pub fn momentum(&mut self, terms: &Terms<'_, S>, x: &[S], out: &mut [S]) -> Result<(), Error> {
-        let branches = self.reduction.branches;
-        let [by_branch, momenta] = &mut self.x;
-        for (place, branch) in by_branch.iter_mut().zip(branches) {
-            *place = x.get(usize::from(branch.joint)).copied().unwrap_or(S::ZERO);
+    /// N^T (f - M p) of the last p that was [given](Self::give), for f in the order of u.
+    pub fn imbalance(&mut self, terms: &Terms<'_, S>, f: &[S], out: &mut [S]) -> Result<(), Error> {
+        let Self { reduction, sweep, given, momenta, .. } = self;
+        sweep.whole(reduction.branches, terms, given, momenta)?;
+        for (momentum, branch) in momenta.iter_mut().zip(reduction.branches) {
+            if let Some(&f) = f.get(usize::from(branch.joint)) {
+                *momentum = f - *momentum;
+            }
         }
-        self.sweep.whole(branches, terms, by_branch, momenta)?;
-        let momenta = momenta.iter().copied();
-        transposed(self.null_space, branches.len(), momenta, out);
+        self.reduce(out);
         Ok(())
+    }
+
+    /// N^T times the momenta.
+    fn reduce(&self, out: &mut [S]) {
+        match width(self.independent) {
+            NARROW => reduce::<S, NARROW>(self.null_space, self.momenta, out),
+            _ => reduce::<S, WIDE>(self.null_space, self.momenta, out),
+        }
     }
 
     /// H^-1 (r + B^T mu) in place of r, with B y = b for the driven joints; returns whether that can be trusted.
@@ -190,74 +222,90 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     }
 
     /// `out += sign N y`, in the order of u.
-    pub fn combine(&mut self, sign: S, y: &[S], out: &mut [S]) -> Result<(), Error> {
-        self.row.fill([S::ZERO; LANES]);
-        for (place, &y) in self.row.as_flattened_mut().iter_mut().zip(y) {
+    pub fn combine(&mut self, sign: S, y: &[S], out: &mut [S]) {
+        self.row.fill(S::ZERO);
+        for (place, &y) in self.row.iter_mut().zip(y) {
             *place = sign * y;
         }
+        match width(self.independent) {
+            NARROW => self.combine_blocks::<NARROW>(out),
+            _ => self.combine_blocks::<WIDE>(out),
+        }
+    }
+
+    fn combine_blocks<const W: usize>(&self, out: &mut [S]) {
         let branches = self.reduction.branches;
-        for (index, branch) in branches.iter().enumerate() {
-            let mut sums = [S::ZERO; LANES];
-            for (n, y) in self.null_space.chunks_exact(branches.len().max(1)).zip(&*self.row) {
-                let n = at(n, index)?;
-                sums = core::array::from_fn(|lane| n[lane].mul_add(y[lane], sums[lane]));
-            }
-            if let Some(out) = out.get_mut(usize::from(branch.joint)) {
-                *out += sums.into_iter().fold(S::ZERO, |sum, x| sum + x);
+        let blocks = blocks::<S, W>(self.null_space, branches.len());
+        for (n, y) in blocks.zip(self.row.as_chunks::<W>().0) {
+            for (branch, n) in branches.iter().zip(n) {
+                let products: Block<S, W> = core::array::from_fn(|lane| n[lane] * y[lane]);
+                if let Some(out) = out.get_mut(usize::from(branch.joint)) {
+                    *out += products.into_iter().fold(S::ZERO, |sum, x| sum + x);
+                }
             }
         }
-        Ok(())
     }
 }
 
-/// The block of a branch.
+/// The blocks of a matrix by block and branch.
+fn blocks<S, const W: usize>(
+    matrix: &[S],
+    branches: usize,
+) -> impl Iterator<Item = &[Block<S, W>]> {
+    matrix.as_chunks().0.chunks_exact(branches.max(1))
+}
+
+/// As [`blocks`], to write to.
+fn blocks_mut<S, const W: usize>(
+    matrix: &mut [S],
+    branches: usize,
+) -> impl Iterator<Item = &mut [Block<S, W>]> {
+    matrix.as_chunks_mut().0.chunks_exact_mut(branches.max(1))
+}
+
+/// What belongs to a branch.
 #[inline(always)]
-pub(super) fn at<S>(blocks: &[Block<S>], branch: usize) -> Result<&Block<S>, Error> {
-    blocks.get(branch).ok_or(Error::Length { expected: branch + 1, given: blocks.len() })
+pub(super) fn at<T>(of_branches: &[T], branch: u16) -> Result<&T, Error> {
+    let (branch, given) = (usize::from(branch), of_branches.len());
+    of_branches.get(branch).ok_or(Error::Length { expected: branch + 1, given })
 }
 
 /// As [`at`], to write to.
 #[inline(always)]
-pub(super) fn at_mut<S>(blocks: &mut [Block<S>], branch: usize) -> Result<&mut Block<S>, Error> {
-    let given = blocks.len();
-    blocks.get_mut(branch).ok_or(Error::Length { expected: branch + 1, given })
+pub(super) fn at_mut<T>(of_branches: &mut [T], branch: u16) -> Result<&mut T, Error> {
+    let (branch, given) = (usize::from(branch), of_branches.len());
+    of_branches.get_mut(branch).ok_or(Error::Length { expected: branch + 1, given })
 }
 
 /// `sum + factor x`.
 #[inline(always)]
-pub(super) fn sum_of<S: Scalar>(factor: S, x: &Block<S>, sum: &Block<S>) -> Block<S> {
+pub(super) fn sum_of<S: Scalar, const W: usize>(
+    factor: S,
+    x: &Block<S, W>,
+    sum: &Block<S, W>,
+) -> Block<S, W> {
     core::array::from_fn(|lane| factor.mul_add(x[lane], sum[lane]))
 }
 
-/// `rows` of some joints, by branch, become the sums over all joints of N, of which only those of the independent ones are used.
-fn take_back<S: Scalar>(
-    reduction: &Reduction<'_, S>,
-    coefficients: &[S],
-    rows: &mut [Block<S>],
-) -> Result<(), Error> {
-    let mut terms = reduction.columns.iter().zip(coefficients).rev();
-    for dependent in reduction.dependent.iter().rev() {
-        let own = *at(rows, dependent.branch.into())?;
-        for (&column, &coefficient) in terms.by_ref().take(dependent.terms.into()) {
-            let row = at_mut(rows, column.into())?;
-            *row = sum_of(coefficient, &own, row);
+/// A (d x d) becomes A + A^T on and below the diagonal.
+fn mirror<S: Scalar>(a: &mut [S], d: usize) -> Result<(), Error> {
+    for i in 0..d {
+        let (expected, given) = (d * d, a.len());
+        let split = a.split_at_mut_checked(i * d);
+        let (above, rest) = split.ok_or(Error::Length { expected, given })?;
+        let own = rest.get(i).copied();
+        let mirrored = above.chunks_exact(d).map(|row| row.get(i).copied()).chain([own]);
+        for (entry, mirrored) in rest.iter_mut().zip(mirrored.flatten()) {
+            *entry += mirrored;
         }
     }
     Ok(())
 }
 
 /// N^T x, for x by branch.
-fn transposed<S: Scalar>(
-    null_space: &[Block<S>],
-    branches: usize,
-    x: impl Iterator<Item = S> + Clone,
-    out: &mut [S],
-) {
-    for (out, rows) in out.chunks_mut(LANES).zip(null_space.chunks_exact(branches.max(1))) {
-        let mut sum = [S::ZERO; LANES];
-        for (x, row) in x.clone().zip(rows) {
-            sum = sum_of(x, row, &sum);
-        }
+fn reduce<S: Scalar, const W: usize>(null_space: &[S], x: &[S], out: &mut [S]) {
+    for (out, rows) in out.chunks_mut(W).zip(blocks::<S, W>(null_space, x.len())) {
+        let sum = x.iter().zip(rows).fold([S::ZERO; W], |sum, (&x, row)| sum_of(x, row, &sum));
         for (out, sum) in out.iter_mut().zip(sum) {
             *out = sum;
         }

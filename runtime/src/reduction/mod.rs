@@ -6,8 +6,9 @@
 //! x = p - N y        H y = N^T M p:  what closes the loops, J x = r, with the least x^T M x
 //! ```
 //!
-//! The mechanism writes what grows with its joints: the coefficients of the elimination, the hinges and what moves
-//! about them. The dense matrices of the independent speeds are the work of this module ([`inertia`]).
+//! The mechanism writes what grows with its joints: the rows of J that determine the dependent ones, the hinges and what
+//! moves about them, and f. The elimination, with pivots that the compiler chose, and the dense matrices of the independent
+//! speeds are the work of this module ([`elimination`], [`inertia`]).
 //!
 //! Driven joints, which have a prescribed acceleration, are conditions on the independent speeds ([`driven`]).
 //!
@@ -15,11 +16,12 @@
 //! chose do not suit a state, the caller does.
 
 mod driven;
+mod elimination;
 mod inertia;
 mod pattern;
 mod sweep;
 
-pub use pattern::{Branch, Dependent, Reduction, ReductionParts, ReductionSizes};
+pub use pattern::{Branch, Reduction, ReductionParts, ReductionSizes, Rows};
 
 use driven::{Driven, Met, driven_len};
 use inertia::{Inertia, inertia_len};
@@ -35,8 +37,7 @@ struct Terms<'a, S> {
     axes: &'a mut [S],
     momenta: &'a mut [S],
     rotors: &'a mut [S],
-    coefficients: &'a mut [S],
-    largest: &'a mut [S],
+    closure: &'a mut [S],
 }
 
 impl<'a, S> Terms<'a, S> {
@@ -45,14 +46,13 @@ impl<'a, S> Terms<'a, S> {
             axes: split(workspace, PARTS * sizes.branches)?,
             momenta: split(workspace, PARTS * sizes.branches)?,
             rotors: split(workspace, sizes.branches)?,
-            coefficients: split(workspace, sizes.coefficients)?,
-            largest: split(workspace, 1)?,
+            closure: split(workspace, sizes.closure)?,
         })
     }
 
     fn write(&mut self) -> ReductionMut<'_, S> {
-        let Self { axes, momenta, rotors, coefficients, largest } = self;
-        ReductionMut { axes, momenta, rotors, coefficients, largest }
+        let Self { axes, momenta, rotors, closure } = self;
+        ReductionMut { axes, momenta, rotors, closure }
     }
 }
 
@@ -90,16 +90,17 @@ fn reduced<Y: Mechanism>(
     let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
     let d = sizes.independent;
     let mut terms = Terms::of(sizes, workspace)?;
-    let forces = split(workspace, n)?;
+    let (opening, forces) = (split(workspace, sizes.dependent())?, split(workspace, n)?);
     let a = split(workspace, d)?;
     let mut driven = Driven::of(drives, d, workspace)?;
     let mut inertia = Inertia::of(reduction, sizes, workspace)?;
-    reduction.parts.write_acceleration((t, q, u), terms.write(), out, forces)?;
-    let trust = inertia.fill(&terms)?;
-    if trust == Trust::Doubtful {
-        return Ok((trust, 0));
+    reduction.parts.write_acceleration((t, q, u), terms.write(), opening, forces)?;
+    let trust = inertia.eliminate(&terms)?;
+    if trust == Trust::Doubtful || !inertia.fill(&terms)? {
+        return Ok((Trust::Doubtful, 0));
     }
-    inertia.reduce(forces, a);
+    inertia.give(opening, out)?;
+    inertia.imbalance(&terms, forces, a)?;
     driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
         Some(&given) => drive.acceleration - given,
         None => drive.acceleration,
@@ -107,7 +108,7 @@ fn reduced<Y: Mechanism>(
     if !inertia.solve(a, &mut driven, Met::Here)? {
         return Ok((Trust::Doubtful, 0));
     }
-    inertia.combine(Y::Scalar::ONE, a, out)?;
+    inertia.combine(Y::Scalar::ONE, a, out);
     if let Some(torques) = torques {
         driven.torques(torques)?;
     }
@@ -115,22 +116,34 @@ fn reduced<Y: Mechanism>(
     Ok((if is_finite { trust } else { Trust::Doubtful }, rank + driven.rank()))
 }
 
-/// The closure residuals, and x with J x = r, which is not the least, in its place.
-pub(crate) fn write_projection<Y: Mechanism>(
+/// The closure residuals, 9 L.
+pub(crate) fn write_residual<Y: Mechanism>(
     system: &Y,
     reduction: Reduction<'_, Y::Scalar>,
     (q, u): (&[Y::Scalar], &[Y::Scalar]),
-    out: ProjectionMut<'_, Y::Scalar>,
+    residual: &mut [Y::Scalar],
     mut workspace: &mut [Y::Scalar],
 ) -> Result<(), Error> {
-    let mut terms = Terms::of(system.dimensions().reduction, &mut workspace)?;
-    reduction.parts.write_projection(q, u, terms.write(), out)
+    let sizes = system.dimensions().reduction;
+    let mut terms = Terms::of(sizes, &mut workspace)?;
+    let mut opening = || split(&mut workspace, sizes.dependent());
+    let openings = [opening()?, opening()?];
+    reduction.parts.write_projection(q, u, terms.write(), residual, openings)
+}
+
+/// What a correction is taken from.
+#[derive(Clone, Copy)]
+enum Of {
+    Positions,
+    Speeds,
 }
 
 /// What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u.
 pub(crate) struct Correction<'a, S> {
     parts: &'a dyn ReductionParts<S>,
     terms: Terms<'a, S>,
+    /// What the rows of J have to take from q and from u.
+    openings: [&'a mut [S]; 2],
     along: &'a mut [S],
     driven: Driven<'a, S>,
     inertia: Inertia<'a, S>,
@@ -149,6 +162,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         Ok(Self {
             parts: reduction.parts,
             terms: Terms::of(sizes, workspace)?,
+            openings: [split(workspace, sizes.dependent())?, split(workspace, sizes.dependent())?],
             along: split(workspace, sizes.independent)?,
             driven: Driven::of(drives, sizes.independent, workspace)?,
             inertia: Inertia::of(reduction, sizes, workspace)?,
@@ -177,16 +191,15 @@ impl<'a, S: Scalar> Correction<'a, S> {
     ) -> Result<Trust<S>, Error> {
         let ProjectionMut { mut residual, positions, speeds } = out;
         let of_loops = split(&mut residual, 9 * system.dimensions().loops)?;
-        let terms = self.terms.write();
-        let at = ProjectionMut { residual: of_loops, positions, speeds };
-        self.parts.write_projection(q, u, terms, at)?;
+        let openings = self.openings.each_mut().map(|opening| &mut **opening);
+        self.parts.write_projection(q, u, self.terms.write(), of_loops, openings)?;
+        let eliminated = self.inertia.eliminate(&self.terms)?;
         let trust = match self.known {
             Some(trust) => trust,
-            None => self.inertia.fill(&self.terms)?,
+            None if eliminated == Trust::Doubtful => return Ok(eliminated),
+            None if self.inertia.fill(&self.terms)? => eliminated,
+            None => return Ok(Trust::Doubtful),
         };
-        if trust == Trust::Doubtful {
-            return Ok(trust);
-        }
         self.known = Some(trust);
         let mut of_drives = residual.iter_mut();
         let size = system.size();
@@ -198,28 +211,32 @@ impl<'a, S: Scalar> Correction<'a, S> {
         });
         let too_far = |drive: &Drive<S>| of(q, drive.joint) - drive.position;
         let too_fast = |drive: &Drive<S>| of(u, drive.joint) - drive.speed;
-        // The residuals tell whether joints are where they should be.
-        let is_solved = self.correct(system, t, positions, too_far, Met::Elsewhere)?
-            && self.correct(system, t, speeds, too_fast, Met::Here)?;
+        let is_solved = self.correct((system, t), Of::Positions, positions, too_far)?
+            && self.correct((system, t), Of::Speeds, speeds, too_fast)?;
         Ok(if is_solved { trust } else { Trust::Doubtful })
     }
 
-    /// p becomes p - N y, where a driven joint gets its `excess`.
+    /// Writes p - N y, where a driven joint gets its `excess`.
     fn correct<Y: Mechanism<Scalar = S>>(
         &mut self,
-        system: &Y,
-        t: S,
+        (system, t): (&Y, S),
+        of: Of,
         p: &mut [S],
         excess: impl Fn(&Drive<S>) -> S,
-        met: Met,
     ) -> Result<bool, Error> {
-        let Self { terms, along, driven, inertia, .. } = self;
-        inertia.momentum(terms, p, along)?;
+        let Self { terms, openings: [of_positions, of_speeds], along, driven, inertia, .. } = self;
+        // The residuals tell whether joints are where they should be.
+        let (opening, met) = match of {
+            Of::Positions => (of_positions, Met::Elsewhere),
+            Of::Speeds => (of_speeds, Met::Here),
+        };
+        inertia.give(opening, p)?;
+        inertia.momentum(terms, along)?;
         driven.prescribe(system, t, inertia, |drive| {
             p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
         })?;
         let is_solved = inertia.solve(along, driven, met)?;
-        inertia.combine(-S::ONE, along, p)?;
+        inertia.combine(-S::ONE, along, p);
         Ok(is_solved)
     }
 }
@@ -227,11 +244,11 @@ impl<'a, S: Scalar> Correction<'a, S> {
 /// Numbers that the algorithms of this module need.
 pub(crate) const fn reduction_len(dimensions: Dimensions) -> usize {
     let Dimensions { reduction: sizes, coordinates, speeds, loops, drives, .. } = dimensions;
-    let ReductionSizes { branches, independent: d, coefficients, .. } = sizes;
+    let ReductionSizes { branches, independent: d, closure, .. } = sizes;
     if branches == 0 {
         return 0;
     }
-    let terms = (2 * PARTS + 1) * branches + coefficients + 1;
+    let terms = (2 * PARTS + 1) * branches + closure + 2 * sizes.dependent();
     let state = 9 * loops + drives + 2 * speeds + coordinates;
     terms + d + driven_len(drives, d) + state + inertia_len(sizes)
 }

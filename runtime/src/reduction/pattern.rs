@@ -1,7 +1,9 @@
 //! What a mechanism with a reduction to independent speeds says of itself.
 
+use core::ops::Range;
+
 use crate::Error;
-use crate::plumbing::{ProjectionMut, ReductionMut};
+use crate::plumbing::ReductionMut;
 
 /// How the speeds of a mechanism follow from those of its independent joints: the same at every state.
 ///
@@ -12,20 +14,69 @@ pub struct Reduction<'a, S> {
     pub branches: &'a [Branch],
     /// The joints whose speeds are independent.
     pub independent: &'a [u16],
-    /// The other joints, each after those that its speed follows from.
-    pub dependent: &'a [Dependent],
-    /// The joints that the speeds of the dependent ones follow from, in the order of the coefficients.
-    pub columns: &'a [u16],
+    /// The other joints, in the order in which their speeds are eliminated.
+    pub order: &'a [u16],
+    /// The joints that move what closes a loop, for the row of J that determines the joint of a row here.
+    pub closure: Rows<'a>,
+    /// L: the joints before it, and the independent ones, that are eliminated from the row of J of a joint.
+    pub lower: Rows<'a>,
+    /// U: the joints after it that are left in the row of J of a joint.
+    pub upper: Rows<'a>,
     /// Whether it is for driven joints, and for those at stops, only: straight-line code solves where there are none.
     pub is_for_driven: bool,
     /// What depends on the state.
     pub parts: &'a dyn ReductionParts<S>,
 }
 
+/// Where a sparse matrix has entries. Each joint has a row; those of independent joints are empty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rows<'a> {
+    /// The end of each row in `columns`.
+    pub ends: &'a [u32],
+    /// The joint of each entry.
+    pub columns: &'a [u16],
+}
+
+impl<'a> Rows<'a> {
+    /// The joints of a row, and its entries.
+    #[inline(always)]
+    pub(super) fn of<S>(
+        &self,
+        branch: u16,
+        entries: &'a [S],
+    ) -> impl DoubleEndedIterator<Item = (&'a u16, &'a S)> {
+        let range = self.range(branch);
+        let columns = self.columns.get(range.clone()).unwrap_or_default();
+        columns.iter().zip(entries.get(range).unwrap_or_default())
+    }
+
+    /// As [`of`](Self::of), to write to.
+    #[inline(always)]
+    pub(super) fn of_mut<'s, S>(
+        &self,
+        branch: u16,
+        entries: &'s mut [S],
+    ) -> impl Iterator<Item = (&'s u16, &'s mut S)>
+    where
+        'a: 's,
+    {
+        let range = self.range(branch);
+        let columns = self.columns.get(range.clone()).unwrap_or_default();
+        columns.iter().zip(entries.get_mut(range).unwrap_or_default())
+    }
+
+    #[inline(always)]
+    fn range(&self, branch: u16) -> Range<usize> {
+        let end = |row: usize| self.ends.get(row).map_or(0, |&end| end as usize);
+        let row = usize::from(branch);
+        row.checked_sub(1).map_or(0, end)..end(row)
+    }
+}
+
 /// What a mechanism writes for a [`Reduction`].
 pub trait ReductionParts<S> {
-    /// What du/dt needs: `given`, NU, solves the closure with zeros for the independent joints; `forces`, NU, are
-    /// f - M `given`.
+    /// What du/dt needs: `opening`, by the order of elimination, is what the rows of J times du/dt have to be; `forces`,
+    /// NU, N m, are f.
     ///
     /// # Errors
     ///
@@ -34,12 +85,12 @@ pub trait ReductionParts<S> {
         &self,
         at: (S, &[S], &[S]),
         out: ReductionMut<'_, S>,
-        given: &mut [S],
+        opening: &mut [S],
         forces: &mut [S],
     ) -> Result<(), Error>;
 
-    /// The same for a projection of q and u: the residuals, and what solves the closure for them and for J u with zeros
-    /// for the independent joints.
+    /// The same for a projection of q and u: the residuals, 9 L, m, and by the order of elimination what the rows of J times
+    /// what is to be taken from q and from u have to be.
     ///
     /// # Errors
     ///
@@ -49,7 +100,8 @@ pub trait ReductionParts<S> {
         q: &[S],
         u: &[S],
         out: ReductionMut<'_, S>,
-        closing: ProjectionMut<'_, S>,
+        residual: &mut [S],
+        openings: [&mut [S]; 2],
     ) -> Result<(), Error>;
 }
 
@@ -60,15 +112,6 @@ pub struct Branch {
     pub joint: u16,
     /// The number of joints between it and the ground.
     pub depth: u16,
-}
-
-/// A joint whose speed is a sum over other joints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Dependent {
-    /// The joint.
-    pub branch: u16,
-    /// The number of terms.
-    pub terms: u16,
 }
 
 impl Branch {
@@ -86,21 +129,6 @@ impl Branch {
     }
 }
 
-impl Dependent {
-    /// Joints with their numbers of terms.
-    #[must_use]
-    pub const fn all<const COUNT: usize>(pairs: [(u16, u16); COUNT]) -> [Self; COUNT] {
-        let mut all = [Self { branch: 0, terms: 0 }; COUNT];
-        let mut index = 0;
-        while index < COUNT {
-            let (branch, terms) = pairs[index];
-            all[index] = Self { branch, terms };
-            index += 1;
-        }
-        all
-    }
-}
-
 /// Sizes of a [`Reduction`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReductionSizes {
@@ -110,11 +138,22 @@ pub struct ReductionSizes {
     pub depth: usize,
     /// Independent joints.
     pub independent: usize,
-    /// Coefficients.
-    pub coefficients: usize,
+    /// Entries of [`Reduction::closure`].
+    pub closure: usize,
+    /// Entries of [`Reduction::lower`].
+    pub lower: usize,
+    /// Entries of [`Reduction::upper`].
+    pub upper: usize,
 }
 
 impl ReductionSizes {
     /// Those of mechanisms that have no reduction.
-    pub const NONE: Self = Self { branches: 0, depth: 0, independent: 0, coefficients: 0 };
+    pub const NONE: Self =
+        Self { branches: 0, depth: 0, independent: 0, closure: 0, lower: 0, upper: 0 };
+
+    /// Dependent joints: the rows of J that are needed.
+    #[must_use]
+    pub const fn dependent(self) -> usize {
+        self.branches - self.independent
+    }
 }

@@ -6,18 +6,17 @@
 //! for x^T M y + y^T M x, and half the diagonal belongs to it:
 //!
 //! ```text
-//! M = G + G^T        (G x)_i = F_i . (V_parent + s_i x_i / 2) + rotor_i x_i / 2        V_i = V_parent + s_i x_i
+//! M = G + G^T        (G x)_i = F_i . V_parent + (F_i . s_i + rotor_i) x_i / 2        V_i = V_parent + s_i x_i
 //! ```
 //!
-//! That is 12 products for each joint and x, however deep the tree is. M x itself needs a sweep back, too:
+//! That is 13 products for each joint and x, however deep the tree is. M x itself needs a sweep back, too:
 //!
 //! ```text
 //! (M x)_i = F_i . V_i + s_i . P_i + rotor_i x_i        P_i = sum_beyond F_j x_j
 //! ```
 
-use super::inertia::{Block, LANES, sum_of};
+use super::inertia::{Block, sum_of};
 use super::{Branch, Terms};
-use crate::linear::{add_scaled, dot};
 use crate::workspace::split;
 use crate::{Error, Scalar};
 
@@ -30,7 +29,7 @@ type Parts<T> = [T; PARTS];
 /// V and P of the joints on the way from the ground to the present one.
 pub(super) struct Sweep<'a, S> {
     /// V for each of some x, by depth.
-    velocities: &'a mut [Parts<Block<S>>],
+    velocities: &'a mut [S],
     /// V of one x, by depth.
     velocity: &'a mut [Parts<S>],
     /// P of one x, by depth of the joints beyond.
@@ -38,39 +37,40 @@ pub(super) struct Sweep<'a, S> {
 }
 
 /// Numbers that [`Sweep`] needs; `depth` is the greatest number of joints on the way from the ground.
-pub(super) const fn sweep_len(depth: usize) -> usize {
-    PARTS * (LANES * depth + depth + depth + 1)
+pub(super) const fn sweep_len(depth: usize, width: usize) -> usize {
+    PARTS * (width * depth + depth + depth + 1)
 }
 
 impl<'a, S: Scalar> Sweep<'a, S> {
     /// Room for it.
-    pub fn of(depth: usize, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
-        let velocities = split(workspace, PARTS * LANES * depth)?;
+    pub fn of(depth: usize, width: usize, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
         Ok(Self {
-            velocities: velocities.as_chunks_mut().0.as_chunks_mut().0,
+            velocities: split(workspace, PARTS * width * depth)?,
             velocity: split(workspace, PARTS * depth)?.as_chunks_mut().0,
             beyond: split(workspace, PARTS * (depth + 1))?.as_chunks_mut().0,
         })
     }
 
     /// Writes G x for each of some x, all by branch.
-    pub fn half(
+    pub fn half<const W: usize>(
         &mut self,
         branches: &[Branch],
         terms: &Terms<'_, S>,
-        x: &[Block<S>],
-        out: &mut [Block<S>],
+        x: &[Block<S, W>],
+        out: &mut [Block<S, W>],
     ) -> Result<(), Error> {
         let half = S::from_f64(0.5);
-        let none = [[S::ZERO; LANES]; PARTS];
+        let none = [[S::ZERO; W]; PARTS];
+        let velocities: &mut [Parts<Block<S, W>>] =
+            self.velocities.as_chunks_mut().0.as_chunks_mut().0;
         for (((branch, joint), x), out) in branches.iter().zip(joints(terms)).zip(x).zip(out) {
-            let (above, own) = split_at(self.velocities, branch.depth.into())?;
+            let (above, own) = split_at(velocities, branch.depth.into())?;
             let above = above.last().unwrap_or(&none);
-            let halves = x.map(|x| half * x);
-            let mut sum = halves.map(|x| joint.rotor * x);
+            let own_share = half * (product(joint.momentum, joint.axis) + joint.rotor);
+            let mut sum = x.map(|x| own_share * x);
             let parts = joint.axis.iter().zip(joint.momentum).zip(above);
             for (((&s, &f), above), own) in parts.zip(own) {
-                sum = sum_of(f, &sum_of(s, &halves, above), &sum);
+                sum = sum_of(f, above, &sum);
                 *own = sum_of(s, x, above);
             }
             *out = sum;
@@ -89,19 +89,19 @@ impl<'a, S: Scalar> Sweep<'a, S> {
         let joints_out = branches.iter().zip(joints(terms)).zip(x);
         for (((branch, joint), &x), out) in joints_out.zip(&mut *out) {
             let (above, own) = split_at(self.velocity, branch.depth.into())?;
-            *own = above.last().copied().unwrap_or([S::ZERO; PARTS]);
-            add_scaled(own, x, joint.axis);
-            *out = joint.rotor * x + dot(joint.momentum, own);
+            let above = above.last().copied().unwrap_or([S::ZERO; PARTS]);
+            *own = sum_of(x, joint.axis, &above);
+            *out = joint.rotor.mul_add(x, product(joint.momentum, own));
         }
         self.beyond.fill([S::ZERO; PARTS]);
         let joints_back = branches.iter().zip(joints(terms)).zip(x);
         for (((branch, joint), &x), out) in joints_back.zip(out).rev() {
             let (here, beyond) = split_at(self.beyond, usize::from(branch.depth) + 1)?;
             let own = core::mem::replace(beyond, [S::ZERO; PARTS]);
-            *out += dot(joint.axis, &own);
+            *out += product(joint.axis, &own);
             if let Some(here) = here.last_mut() {
-                add_scaled(here, S::ONE, &own);
-                add_scaled(here, x, joint.momentum);
+                let sum = sum_of(x, joint.momentum, &own);
+                *here = core::array::from_fn(|part| here[part] + sum[part]);
             }
         }
         Ok(())
@@ -122,6 +122,13 @@ fn joints<'a, S: Scalar>(
     let (axes, momenta) = (terms.axes.as_chunks().0, terms.momenta.as_chunks().0);
     let parts = axes.iter().zip(momenta).zip(&*terms.rotors);
     parts.map(|((axis, momentum), &rotor)| Joint { axis, momentum, rotor })
+}
+
+/// The scalar product, of turns and of displacements at the same time.
+#[inline(always)]
+fn product<S: Scalar>(a: &Parts<S>, b: &Parts<S>) -> S {
+    let of_turns = a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]));
+    a[5].mul_add(b[5], a[4].mul_add(b[4], a[3] * b[3])) + of_turns
 }
 
 /// What comes before a depth, and what is there.

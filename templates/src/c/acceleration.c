@@ -144,9 +144,9 @@ static real gap_beside(const real *q, const real *u, const parameters *p)
     return gap_of_state(residual);
 #elif IS_REDUCED
     struct reduction reduction;
-    real residual[RESIDUALS], positions[SPEEDS], speeds[SPEEDS];
+    real residual[RESIDUALS], row_residual[DEPENDENT], row_velocity[DEPENDENT];
     projection_reduction_of(q, u, p, &reduction.axes[0][0], &reduction.momenta[0][0], reduction.rotors,
-        reduction.coefficients, reduction.largest, residual, positions, speeds);
+        reduction.closure, residual, row_residual, row_velocity);
     return gap_of_state(residual);
 #else
     (void)u;

@@ -113,7 +113,7 @@ static int move_directly(real t, real *q, real *u, real wanted, const parameters
         int is_trusted, is_last;
 #if IS_REDUCED
         trust = correct_reduced(&reduction, is_known, t, q, u, p, in, residual, positions, speeds);
-        pivot = 1 / reduction.largest[0];
+        pivot = reduction.pivot;
 #else
         projection_of(q, u, p, residual, positions, speeds, margin);
         trust = trust_of(margin);

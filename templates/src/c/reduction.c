@@ -3,9 +3,13 @@
  *     u = N y,  du/dt = p + N a,  H a = N^T (f - M p),  H = N^T M N
  *     x = p - N y,  H y = N^T M p:  what closes the loops
  *
- * and for driven joints, with their rows B of N, B a = b, where a = H^-1 (r + B^T mu). The mechanism writes p, the
- * hinges s of its joints and the momenta F of what moves about them, both about the origin of the base frame. With
- * them M = G + G^T, where
+ * and for driven joints, with their rows B of N, B a = b, where a = H^-1 (r + B^T mu). The mechanism writes f, the rows
+ * of J that determine the dependent joints, the hinges s of its joints and the momenta F of what moves about them, both
+ * about the origin of the base frame. The rows of J are eliminated: for J x = b
+ *
+ *     z_i = b_i - sum L_ij z_j,  x_i = (z_i - sum U_ij x_j) / pivot_i,  z_i = x_i of independent joints
+ *
+ * and M = G + G^T, where
  *
  *     (G x)_i = F_i . (V_parent + s_i x_i / 2) + rotor_i x_i / 2,  V_i = V_parent + s_i x_i
  *     (M x)_i = F_i . V_i + s_i . P_i + rotor_i x_i,  P_i = sum_beyond F_j x_j
@@ -13,22 +17,84 @@
  * The same as in runtime/src/reduction/. */
 #include "algorithms.h"
 
-/* Fills N; the magnitude of its largest entry. */
+/* The first entry of the row of a joint. */
+static int first_of(const int *ends, int branch)
+{
+    return branch > 0 ? ends[branch - 1] : 0;
+}
+
+/* Computes L, U and the pivots of the rows of J; the largest inverse pivot. */
 static real eliminate(struct reduction *reduction)
 {
-    const real *coefficient = reduction->coefficients;
-    const unsigned short *column = columns;
+    real row[BRANCHES], largest = 0;
+    fill(row, 0, BRANCHES);
+    fill(reduction->inverse, 1, BRANCHES);
+    for (int i = 0; i < DEPENDENT; i++) {
+        const int branch = dependent_branches[i];
+        for (int k = first_of(closure_ends, branch); k < closure_ends[branch]; k++)
+            row[closure_columns[k]] = reduction->closure[k];
+        for (int k = first_of(lower_ends, branch); k < lower_ends[branch]; k++) {
+            const int before = lower_columns[k];
+            const real factor = row[before] * reduction->inverse[before];
+            reduction->lower[k] = factor;
+            row[before] = 0;
+            for (int j = first_of(upper_ends, before); j < upper_ends[before]; j++)
+                row[upper_columns[j]] -= factor * reduction->upper[j];
+        }
+        reduction->inverse[branch] = 1 / row[branch];
+        row[branch] = 0;
+        largest = larger(largest, magnitude(reduction->inverse[branch]));
+        for (int k = first_of(upper_ends, branch); k < upper_ends[branch]; k++) {
+            reduction->upper[k] = row[upper_columns[k]];
+            row[upper_columns[k]] = 0;
+        }
+    }
+    return largest;
+}
+
+/* Fills N; the magnitude of its largest entry. */
+static real spread(struct reduction *reduction)
+{
     real largest = 1;
     fill(&reduction->null_space[0][0], 0, BRANCHES * INDEPENDENT);
     for (int i = 0; i < INDEPENDENT; i++)
         reduction->null_space[independent_branches[i]][i] = 1;
     for (int i = 0; i < DEPENDENT; i++) {
-        real *row = reduction->null_space[dependent_branches[i]];
-        for (int term = 0; term < dependent_terms[i]; term++)
-            add_scaled(row, *coefficient++, reduction->null_space[*column++], INDEPENDENT);
+        const int branch = dependent_branches[i];
+        for (int k = first_of(lower_ends, branch); k < lower_ends[branch]; k++)
+            add_scaled(reduction->null_space[branch], -reduction->lower[k],
+                reduction->null_space[lower_columns[k]], INDEPENDENT);
+    }
+    for (int i = DEPENDENT - 1; i >= 0; i--) {
+        const int branch = dependent_branches[i];
+        real *row = reduction->null_space[branch];
+        for (int k = first_of(upper_ends, branch); k < upper_ends[branch]; k++)
+            add_scaled(row, -reduction->upper[k], reduction->null_space[upper_columns[k]], INDEPENDENT);
+        for (int j = 0; j < INDEPENDENT; j++)
+            row[j] *= reduction->inverse[branch];
         largest = larger(largest, largest_magnitude(row, INDEPENDENT));
     }
     return largest;
+}
+
+/* x with zeros for the independent joints, by the order of u, for b by the order of the elimination. */
+static void solve_dependent(const struct reduction *reduction, const real *wanted, real *x)
+{
+    fill(x, 0, SPEEDS);
+    for (int i = 0; i < DEPENDENT; i++) {
+        const int branch = dependent_branches[i];
+        real sum = wanted[i];
+        for (int k = first_of(lower_ends, branch); k < lower_ends[branch]; k++)
+            sum -= reduction->lower[k] * x[branch_joints[lower_columns[k]]];
+        x[branch_joints[branch]] = sum;
+    }
+    for (int i = DEPENDENT - 1; i >= 0; i--) {
+        const int branch = dependent_branches[i];
+        real sum = x[branch_joints[branch]];
+        for (int k = first_of(upper_ends, branch); k < upper_ends[branch]; k++)
+            sum -= reduction->upper[k] * x[branch_joints[upper_columns[k]]];
+        x[branch_joints[branch]] = sum * reduction->inverse[branch];
+    }
 }
 
 /* Fills G N. */
@@ -58,11 +124,19 @@ static void sweep(struct reduction *reduction)
 /* Rows of the joints become, for independent ones, the sums over all joints of N. */
 static void take_back(const struct reduction *reduction, real rows[BRANCHES][INDEPENDENT])
 {
-    const real *coefficient = reduction->coefficients + COEFFICIENTS;
-    const unsigned short *column = columns + COEFFICIENTS;
-    for (int i = DEPENDENT - 1; i >= 0; i--)
-        for (int term = 0; term < dependent_terms[i]; term++)
-            add_scaled(rows[*--column], *--coefficient, rows[dependent_branches[i]], INDEPENDENT);
+    for (int i = 0; i < DEPENDENT; i++) {
+        const int branch = dependent_branches[i];
+        real *row = rows[branch];
+        for (int j = 0; j < INDEPENDENT; j++)
+            row[j] *= reduction->inverse[branch];
+        for (int k = first_of(upper_ends, branch); k < upper_ends[branch]; k++)
+            add_scaled(rows[upper_columns[k]], -reduction->upper[k], row, INDEPENDENT);
+    }
+    for (int i = DEPENDENT - 1; i >= 0; i--) {
+        const int branch = dependent_branches[i];
+        for (int k = first_of(lower_ends, branch); k < lower_ends[branch]; k++)
+            add_scaled(rows[lower_columns[k]], -reduction->lower[k], rows[branch], INDEPENDENT);
+    }
 }
 
 /* H, on and below the diagonal. */
@@ -76,20 +150,22 @@ static void set_inertia(struct reduction *reduction)
                 + reduction->half[independent_branches[j]][i];
 }
 
-/* Computes the matrices; how far they can be trusted. */
-static enum trust set_matrices(struct reduction *reduction)
+/* Eliminates the closure; how far that can be trusted. */
+static enum trust set_elimination(struct reduction *reduction)
 {
-    const real largest = WEIGHT_OF_ENTRY * eliminate(reduction);
-    reduction->trust = trust_of_pivot(1 / reduction->largest[0]);
+    reduction->pivot = 1 / eliminate(reduction);
+    return trust_of_pivot(reduction->pivot);
+}
+
+/* Computes the matrices after the elimination; whether they can be trusted. */
+static int set_matrices(struct reduction *reduction)
+{
+    const real largest = WEIGHT_OF_ENTRY * spread(reduction);
     /* Written so that what is not a number is not trusted. */
     if (!(SAFE_CONDITIONING * largest * largest < 1))
-        reduction->trust = doubtful;
-    if (reduction->trust == doubtful)
-        return doubtful;
+        return 0;
     set_inertia(reduction);
-    if (factor_cholesky(reduction->inertia, INDEPENDENT) < INDEPENDENT)
-        reduction->trust = doubtful;
-    return reduction->trust;
+    return factor_cholesky(reduction->inertia, INDEPENDENT) == INDEPENDENT;
 }
 
 /* N^T x */
@@ -100,10 +176,10 @@ static void combine_transposed(const struct reduction *reduction, const real *x,
         add_scaled(sum, x[branch_joints[branch]], reduction->null_space[branch], INDEPENDENT);
 }
 
-/* N^T M x */
-static void reduce_momenta(const struct reduction *reduction, const real *x, real *sum)
+/* M x */
+static void set_momenta(const struct reduction *reduction, const real *x, real *momenta)
 {
-    real velocities[DEPTH][parts], beyond[DEPTH + 1][parts], momenta[SPEEDS];
+    real velocities[DEPTH][parts], beyond[DEPTH + 1][parts];
     for (int branch = 0; branch < BRANCHES; branch++) {
         const int depth = branch_depths[branch], joint = branch_joints[branch];
         if (depth > 0)
@@ -122,7 +198,6 @@ static void reduce_momenta(const struct reduction *reduction, const real *x, rea
         add_scaled(beyond[depth], x[joint], reduction->momenta[branch], parts);
         fill(beyond[depth + 1], 0, parts);
     }
-    combine_transposed(reduction, momenta, sum);
 }
 #if DRIVES > 0
 
@@ -199,12 +274,16 @@ PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, cons
     const inputs *in, real *acceleration, real *pivot)
 {
     struct reduction reduction;
-    real forces[SPEEDS], y[INDEPENDENT], wanted[DRIVES + 1] = { 0 };
+    real opening[DEPENDENT], forces[SPEEDS], momenta[SPEEDS], y[INDEPENDENT], wanted[DRIVES + 1] = { 0 };
     reduction_of(t, q, u, p, in, &reduction.axes[0][0], &reduction.momenta[0][0], reduction.rotors,
-        reduction.coefficients, reduction.largest, acceleration, forces);
-    *pivot = 1 / reduction.largest[0];
-    if (set_matrices(&reduction) == doubtful)
+        reduction.closure, opening, forces);
+    reduction.trust = set_elimination(&reduction);
+    *pivot = reduction.pivot;
+    if (reduction.trust == doubtful || !set_matrices(&reduction))
         return doubtful;
+    solve_dependent(&reduction, opening, acceleration);
+    set_momenta(&reduction, acceleration, momenta);
+    add_scaled(forces, -1, momenta, SPEEDS);
     combine_transposed(&reduction, forces, y);
 #if DRIVES > 0
     {
@@ -225,11 +304,19 @@ PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, cons
 PRIVATE enum trust correct_reduced(struct reduction *reduction, int is_known, real t, const real *q,
     const real *u, const parameters *p, const inputs *in, real *residual, real *positions, real *speeds)
 {
-    real y[INDEPENDENT], too_far[DRIVES + 1] = { 0 }, too_fast[DRIVES + 1] = { 0 };
+    real row_residual[DEPENDENT], row_velocity[DEPENDENT], momenta[SPEEDS], y[INDEPENDENT];
+    real too_far[DRIVES + 1] = { 0 }, too_fast[DRIVES + 1] = { 0 };
+    enum trust trust;
     projection_reduction_of(q, u, p, &reduction->axes[0][0], &reduction->momenta[0][0],
-        reduction->rotors, reduction->coefficients, reduction->largest, residual, positions, speeds);
-    if (!is_known && set_matrices(reduction) == doubtful)
-        return doubtful;
+        reduction->rotors, reduction->closure, residual, row_residual, row_velocity);
+    trust = set_elimination(reduction);
+    if (!is_known) {
+        reduction->trust = trust;
+        if (trust == doubtful || !set_matrices(reduction))
+            return doubtful;
+    }
+    solve_dependent(reduction, row_residual, positions);
+    solve_dependent(reduction, row_velocity, speeds);
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
@@ -245,11 +332,13 @@ PRIVATE enum trust correct_reduced(struct reduction *reduction, int is_known, re
 #else
     (void)t, (void)in;
 #endif
-    reduce_momenta(reduction, positions, y);
+    set_momenta(reduction, positions, momenta);
+    combine_transposed(reduction, momenta, y);
     if (!solve_reduced(reduction, too_far, y))
         return doubtful;
     add_combined(reduction, -1, y, positions);
-    reduce_momenta(reduction, speeds, y);
+    set_momenta(reduction, speeds, momenta);
+    combine_transposed(reduction, momenta, y);
     if (!solve_reduced(reduction, too_fast, y))
         return doubtful;
     add_combined(reduction, -1, y, speeds);

@@ -50,8 +50,10 @@ struct reduction {
     real axes[BRANCHES][parts]; /* s: direction, and its moment about the origin of the base frame */
     real momenta[BRANCHES][parts]; /* F: moment and force */
     real rotors[BRANCHES];
-    real coefficients[COEFFICIENTS];
-    real largest[1]; /* inverse pivot of the closure */
+    real closure[CLOSURE_ENTRIES]; /* rows of J over their loops' lengths */
+    real lower[LOWER_ENTRIES + 1], upper[UPPER_ENTRIES + 1]; /* L and U */
+    real inverse[BRANCHES]; /* 1 / pivot; 1 for independent joints */
+    real pivot; /* the smallest */
     real null_space[BRANCHES][INDEPENDENT]; /* N */
     real half[BRANCHES][INDEPENDENT]; /* G N, where M = G + G^T */
     real inertia[INDEPENDENT * INDEPENDENT]; /* factor of N^T M N */

@@ -138,41 +138,33 @@ const unsigned short branch_joints[BRANCHES] = { 0, 1, 2 };
 const unsigned short branch_depths[BRANCHES] = { 0, 1, 2 };
 const unsigned short independent_branches[INDEPENDENT] = { 0 };
 const unsigned short dependent_branches[DEPENDENT] = { 1, 2 };
-const unsigned short dependent_terms[DEPENDENT] = { 1, 1 };
-const unsigned short columns[COEFFICIENTS] = { 0, 0 };
+const int closure_ends[BRANCHES] = { 0, 3, 6 };
+const int lower_ends[BRANCHES] = { 0, 1, 3 };
+const int upper_ends[BRANCHES] = { 0, 1, 1 };
+const unsigned short closure_columns[CLOSURE_ENTRIES + 1] = { 0, 1, 2, 0, 1, 2, 0 };
+const unsigned short lower_columns[LOWER_ENTRIES + 1] = { 0, 0, 1, 0 };
+const unsigned short upper_columns[UPPER_ENTRIES + 1] = { 2, 0 };
 
-/* The last two joints for which the rows are as wanted, by Cramer's rule; the inverse of the determinant. */
-static real solve_rows(real rows[2][SPEEDS], const real wanted[2], real x[2])
+static void write_parts(real rows[2][SPEEDS], real *axes, real *momenta, real *rotors, real *closure)
 {
-    const real inverse = 1 / (rows[0][1] * rows[1][2] - rows[0][2] * rows[1][1]);
-    x[0] = inverse * (wanted[0] * rows[1][2] - rows[0][2] * wanted[1]);
-    x[1] = inverse * (rows[0][1] * wanted[1] - wanted[0] * rows[1][1]);
-    return inverse;
-}
-
-static void write_parts(real rows[2][SPEEDS], real *axes, real *momenta, real *rotors, real *coefficients,
-    real *largest)
-{
-    const real wanted[2] = { -rows[0][0], -rows[1][0] };
     fill(axes, 0, parts * BRANCHES);
     fill(momenta, 0, parts * BRANCHES);
     fill(rotors, 1, BRANCHES);
-    largest[0] = magnitude(solve_rows(rows, wanted, coefficients));
+    copy(closure, rows[0], SPEEDS);
+    copy(closure + SPEEDS, rows[1], SPEEDS);
 }
 
 void reduction_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *axes,
-    real *momenta, real *rotors, real *coefficients, real *largest, real *given, real *forces)
+    real *momenta, real *rotors, real *closure, real *opening, real *forces)
 {
     const int fails = t >= in->from;
     real place[2], rows[2][SPEEDS], change[2];
     write_end(q, u, place, rows, change);
-    write_parts(rows, axes, momenta, rotors, coefficients, largest);
-    change[0] = -change[0];
-    change[1] = -change[1];
-    given[0] = 0;
-    (void)solve_rows(rows, change, given + 1);
+    write_parts(rows, axes, momenta, rotors, closure);
+    opening[0] = -change[0];
+    opening[1] = -change[1];
     for (int i = 0; i < SPEEDS; i++)
-        forces[i] = -p->stiffness * q[i] - given[i];
+        forces[i] = -p->stiffness * q[i];
     if (fails && in->failure == force_not_finite)
         forces[1] = (real)HUGE_VAL;
     if (fails && in->failure == mass_indefinite)
@@ -180,21 +172,20 @@ void reduction_of(real t, const real *q, const real *u, const parameters *p, con
 }
 
 void projection_reduction_of(const real *q, const real *u, const parameters *p, real *axes, real *momenta,
-    real *rotors, real *coefficients, real *largest, real *residual, real *positions, real *speeds)
+    real *rotors, real *closure, real *residual, real *row_residual, real *row_velocity)
 {
-    real place[2], rows[2][SPEEDS], change[2], wanted[2];
+    real place[2], rows[2][SPEEDS], change[2];
     (void)p;
     write_end(q, u, place, rows, change);
-    write_parts(rows, axes, momenta, rotors, coefficients, largest);
+    write_parts(rows, axes, momenta, rotors, closure);
     fill(residual, 0, LOOP_RESIDUALS);
     residual[0] = place[0] - 1;
     residual[1] = place[1] - 2;
     residual[2] = torn;
-    positions[0] = speeds[0] = 0;
-    (void)solve_rows(rows, residual, positions + 1);
-    wanted[0] = dot(rows[0], u, SPEEDS);
-    wanted[1] = dot(rows[1], u, SPEEDS);
-    (void)solve_rows(rows, wanted, speeds + 1);
+    row_residual[0] = residual[0];
+    row_residual[1] = residual[1];
+    row_velocity[0] = dot(rows[0], u, SPEEDS);
+    row_velocity[1] = dot(rows[1], u, SPEEDS);
 }
 #endif
 

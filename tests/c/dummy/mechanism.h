@@ -111,15 +111,19 @@ void drives_of(real t, const parameters *p, const inputs *in, real *drive);
 #define DEPTH 3
 #define INDEPENDENT 1
 #define DEPENDENT 2
-#define COEFFICIENTS 2
+#define CLOSURE_ENTRIES 6
+#define LOWER_ENTRIES 3
+#define UPPER_ENTRIES 1
 extern const unsigned short branch_joints[BRANCHES], branch_depths[BRANCHES];
 extern const unsigned short independent_branches[INDEPENDENT];
-extern const unsigned short dependent_branches[DEPENDENT], dependent_terms[DEPENDENT];
-extern const unsigned short columns[COEFFICIENTS];
+extern const unsigned short dependent_branches[DEPENDENT];
+extern const int closure_ends[BRANCHES], lower_ends[BRANCHES], upper_ends[BRANCHES];
+extern const unsigned short closure_columns[CLOSURE_ENTRIES + 1], lower_columns[LOWER_ENTRIES + 1];
+extern const unsigned short upper_columns[UPPER_ENTRIES + 1];
 void reduction_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *axes,
-    real *momenta, real *rotors, real *coefficients, real *largest, real *given, real *forces);
+    real *momenta, real *rotors, real *closure, real *opening, real *forces);
 void projection_reduction_of(const real *q, const real *u, const parameters *p, real *axes, real *momenta,
-    real *rotors, real *coefficients, real *largest, real *residual, real *positions, real *speeds);
+    real *rotors, real *closure, real *residual, real *row_residual, real *row_velocity);
 #endif
 #if ACCELERATION_IS_DIRECT
 void acceleration_of(real t, const real *q, const real *u, const parameters *p, const inputs *in,

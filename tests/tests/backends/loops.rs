@@ -135,7 +135,7 @@ fn most_of_a_sheet_is_repeated() {
 /// The module of a sheet whose parts of the acceleration are loops, compiled by rustc.
 #[test]
 fn modules_with_loops_accelerate_as_the_interpreter() {
-    let compiled = compile_text(&yoshimura(8, 8));
+    let compiled = compile_text(&yoshimura(8, 9));
     let program = &compiled.program;
     assert_eq!(program.form(FunctionKind::Reduction), Form::Loops);
     let module = rust_module(&compiled, &Options::default()).unwrap();

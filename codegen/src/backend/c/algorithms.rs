@@ -11,7 +11,7 @@ use tera::Context;
 
 use super::Real;
 use super::body::constant;
-use crate::program::{FreeBodyInfo, Interface, JointInfo, Program, ReductionInfo};
+use crate::program::{FreeBodyInfo, Interface, JointInfo, Program, ReductionInfo, SparseRows};
 use crate::source::free::SPEEDS;
 
 /// Adds the algorithms, the constants, and the mechanism's numbers to the template context.
@@ -48,23 +48,24 @@ struct Pattern<'a> {
     branch_joints: Vec<u16>,
     branch_depths: Vec<u16>,
     independent_branches: &'a [u16],
-    dependent_branches: Vec<u16>,
-    dependent_terms: Vec<u16>,
-    columns: &'a [u16],
+    order: &'a [u16],
+    closure: &'a SparseRows,
+    lower: &'a SparseRows,
+    upper: &'a SparseRows,
 }
 
 impl<'a> Pattern<'a> {
     fn of(reduction: &'a ReductionInfo) -> Self {
         let (branch_joints, branch_depths) = reduction.branches.iter().copied().unzip();
-        let (dependent_branches, dependent_terms) = reduction.dependent.iter().copied().unzip();
         Self {
             depth: reduction.depth(),
             branch_joints,
             branch_depths,
             independent_branches: &reduction.independent,
-            dependent_branches,
-            dependent_terms,
-            columns: &reduction.columns,
+            order: &reduction.order,
+            closure: &reduction.closure,
+            lower: &reduction.lower,
+            upper: &reduction.upper,
         }
     }
 }

@@ -5,24 +5,26 @@ use quote::quote;
 
 use super::items::{Syntax, model, number};
 use super::straight_line::method;
-use crate::program::{FunctionKind, Program};
+use crate::program::{FunctionKind, Program, SparseRows};
 
 /// Returns the sizes of the reduction.
 pub fn sizes(program: &Program) -> TokenStream {
     let Some(reduction) = program.reduction() else {
         return quote!(::lamc_runtime::plumbing::ReductionSizes::NONE);
     };
-    let [branches, depth, independent, coefficients] = [
+    let [branches, depth, independent, closure, lower, upper] = [
         reduction.branches.len(),
         reduction.depth(),
         reduction.independent.len(),
-        reduction.columns.len(),
+        reduction.closure.columns.len(),
+        reduction.lower.columns.len(),
+        reduction.upper.columns.len(),
     ]
     .map(number);
     quote! {
         ::lamc_runtime::plumbing::ReductionSizes {
-            branches: #branches, depth: #depth, independent: #independent,
-            coefficients: #coefficients,
+            branches: #branches, depth: #depth, independent: #independent, closure: #closure,
+            lower: #lower, upper: #upper,
         }
     }
 }
@@ -35,30 +37,30 @@ pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
         let values = values.iter().map(|&value| number(value.into()));
         quote!([#(#values),*])
     };
-    let pairs = |pairs: &[(u16, u16)]| {
-        let pairs = pairs.iter().map(|&(a, b)| {
-            let [a, b] = [a, b].map(|value| number(value.into()));
-            quote!((#a, #b))
-        });
-        quote!([#(#pairs),*])
+    let pairs = info.branches.iter().map(|&(joint, depth)| {
+        let [joint, depth] = [joint, depth].map(|value| number(value.into()));
+        quote!((#joint, #depth))
+    });
+    let rows = |rows: &SparseRows| {
+        let (ends, columns) =
+            (rows.ends.iter().map(|&end| number(end as usize)), numbers(&rows.columns));
+        quote!(Rows { ends: &[#(#ends),*], columns: &#columns })
     };
-    let (branches, dependent) = (pairs(&info.branches), pairs(&info.dependent));
-    let (independent, columns) = (numbers(&info.independent), numbers(&info.columns));
-    let [count, of_independent, of_dependent, of_columns] =
-        [info.branches.len(), info.independent.len(), info.dependent.len(), info.columns.len()]
-            .map(number);
+    let [closure, lower, upper] = [&info.closure, &info.lower, &info.upper].map(rows);
+    let [independent, order] = [&info.independent, &info.order].map(|values| numbers(values));
+    let count = number(info.branches.len());
     quote! {
         fn reduction(
             &self,
         ) -> ::core::option::Option<::lamc_runtime::plumbing::Reduction<'_, #scalar>> {
-            use ::lamc_runtime::plumbing::{Branch, Dependent, Reduction};
-            const BRANCHES: [Branch; #count] = Branch::all(#branches);
-            const INDEPENDENT: [u16; #of_independent] = #independent;
-            const DEPENDENT: [Dependent; #of_dependent] = Dependent::all(#dependent);
-            const COLUMNS: [u16; #of_columns] = #columns;
+            use ::lamc_runtime::plumbing::{Branch, Reduction, Rows};
+            const BRANCHES: [Branch; #count] = Branch::all([#(#pairs),*]);
+            const CLOSURE: Rows = #closure;
+            const LOWER: Rows = #lower;
+            const UPPER: Rows = #upper;
             Some(Reduction {
-                branches: &BRANCHES, independent: &INDEPENDENT, dependent: &DEPENDENT,
-                columns: &COLUMNS, is_for_driven: #is_for_driven, parts: self,
+                branches: &BRANCHES, independent: &#independent, order: &#order, closure: CLOSURE,
+                lower: LOWER, upper: UPPER, is_for_driven: #is_for_driven, parts: self,
             })
         }
     }
@@ -79,27 +81,27 @@ pub fn parts(program: &Program, syntax: &Syntax) -> TokenStream {
             fn write_acceleration(
                 &self, (t, q, u): (#scalar, &[#scalar], &[#scalar]),
                 out: ::lamc_runtime::plumbing::ReductionMut<'_, #scalar>,
-                given: &mut [#scalar], forces: &mut [#scalar],
+                opening: &mut [#scalar], forces: &mut [#scalar],
             ) -> #result {
                 use ::lamc_runtime::plumbing::{exactly, exactly_mut};
                 self.#acceleration(
                     t, exactly(q)?, exactly(u)?, exactly_mut(out.axes)?, exactly_mut(out.momenta)?,
-                    exactly_mut(out.rotors)?, exactly_mut(out.coefficients)?,
-                    exactly_mut(out.largest)?, exactly_mut(given)?, exactly_mut(forces)?,
+                    exactly_mut(out.rotors)?, exactly_mut(out.closure)?, exactly_mut(opening)?,
+                    exactly_mut(forces)?,
                 );
                 Ok(())
             }
             fn write_projection(
                 &self, q: &[#scalar], u: &[#scalar],
                 out: ::lamc_runtime::plumbing::ReductionMut<'_, #scalar>,
-                closing: ::lamc_runtime::plumbing::ProjectionMut<'_, #scalar>,
+                residual: &mut [#scalar], openings: [&mut [#scalar]; 2],
             ) -> #result {
                 use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                let [row_residual, row_velocity] = openings;
                 self.#projection(
                     exactly(q)?, exactly(u)?, exactly_mut(out.axes)?, exactly_mut(out.momenta)?,
-                    exactly_mut(out.rotors)?, exactly_mut(out.coefficients)?,
-                    exactly_mut(out.largest)?, exactly_mut(closing.residual)?,
-                    exactly_mut(closing.positions)?, exactly_mut(closing.speeds)?,
+                    exactly_mut(out.rotors)?, exactly_mut(out.closure)?, exactly_mut(residual)?,
+                    exactly_mut(row_residual)?, exactly_mut(row_velocity)?,
                 );
                 Ok(())
             }

@@ -1,7 +1,7 @@
 //! Elimination of the closure with chosen pivots: N and p of a = N y + p.
 
 use crate::program::{Phase, Section};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use crate::kane::binder::Binder;
 use crate::kane::closure::Closure;
@@ -72,7 +72,7 @@ impl Elimination {
 
     /// Returns the pivots of the dependent joints, each after those that its speed follows from: minus 1 / pivot times the
     /// sum of the entries of its row times the speeds of their columns.
-    pub fn rows(&self) -> impl Iterator<Item = (Pivot, &Expr, &BTreeMap<usize, Expr>)> {
+    fn rows(&self) -> impl Iterator<Item = (Pivot, &Expr, &BTreeMap<usize, Expr>)> {
         let rows = self.rows.iter().zip(&self.inverse_pivots).rev();
         rows.map(|((pivot, row), inverse)| (*pivot, inverse, row))
     }
@@ -80,24 +80,6 @@ impl Elimination {
     /// Returns the loop of a row of the closure.
     pub fn loop_of(&self, row: usize) -> LoopId {
         self.loops[row]
-    }
-
-    /// Returns for each joint the independent joints that move it.
-    fn movers(&self, reduction: &Reduction) -> Vec<BTreeSet<usize>> {
-        let mut movers = vec![BTreeSet::new(); self.speeds];
-        for joint in &reduction.independent {
-            movers[joint.index()].insert(joint.index());
-        }
-        for (Pivot { joint, .. }, _, row) in self.rows() {
-            let of_row = row.keys().flat_map(|column| movers[*column].iter().copied());
-            movers[joint.index()] = of_row.collect();
-        }
-        movers
-    }
-
-    /// Returns the number of products of two entries of N for the same joint: what N^T M N costs, but for a factor.
-    pub fn pairs(&self, reduction: &Reduction) -> usize {
-        self.movers(reduction).iter().map(|movers| movers.len() * (movers.len() + 1) / 2).sum()
     }
 
     /// Returns the pivots in their order, with their inverses.

@@ -24,6 +24,7 @@ mod elimination;
 mod factor;
 mod free;
 mod inertia;
+mod sparsity;
 mod terms;
 
 use std::collections::BTreeMap;
@@ -34,6 +35,7 @@ pub use self::elimination::Elimination;
 use self::elimination::transposed;
 use self::free::FreeInertia;
 use self::inertia::{Inertia, Metric};
+pub use self::sparsity::Sparsity;
 pub use self::terms::Parts;
 use super::binder::Binder;
 use super::closure::Closure;

@@ -1,9 +1,9 @@
 //! What the runtime needs to solve for many independent speeds, or with driven joints.
 //!
-//! N^T M N costs half the number of joints times the square of the number of independent speeds. In straight-line
-//! code that outgrows the caches, and it is the same few operations again and again: the runtime does it in loops
-//! ([`lamc_runtime::plumbing::Reduction`]). Here is what grows with the number of joints only. Hinges and momenta are
-//! about the origin of the base frame, so that the runtime need not carry them from frame to frame:
+//! Half the elimination of a large sheet fills in, and N and N^T M N cost what the number of joints and that of independent
+//! speeds make together. In straight-line code that outgrows the caches, and it is the same few operations again and again: the
+//! runtime does it in loops ([`lamc_runtime::plumbing::Reduction`]). Here is what grows with the number of joints only. Hinges and
+//! momenta are about the origin of the base frame, so that the runtime need not carry them from frame to frame:
 //!
 //! ```text
 //! s = (A e_x, p x A e_x)        F = (A n + p x A f, A f)        M_ij = s_j . F_i
@@ -11,32 +11,32 @@
 
 use std::collections::BTreeMap;
 
-use super::elimination::Elimination;
-use super::{Imbalance, Phases, folded, inverse_pivots, opening};
+use super::sparsity::{Row, Sparsity};
+use super::{Imbalance, Phases};
 use crate::kane::binder::Binder;
+use crate::kane::closure::Closure;
 use crate::kane::inertia::Inertias;
 use crate::kane::kinematics::Kinematics;
 use crate::kane::mass::{at_ground, bind_composite, carry_composite};
 use crate::kane::vector::cross;
 use crate::kane::wrench::Wrench;
-use crate::program::{Phase, ReductionInfo, Section};
+use crate::program::{Phase, ReductionInfo, Section, SparseRows};
 use crate::source::JointId;
-use crate::symbolic::{Expr, Function};
-use crate::topology::{NodeId, Pivot, Reduction};
+use crate::symbolic::Expr;
+use crate::topology::{NodeId, Reduction};
 
 /// The parts of a reduction that the runtime puts together; see [`Terms`](crate::kane::Terms) for shapes.
 pub struct Parts {
     pub pattern: ReductionInfo,
     pub axes: Vec<Expr>,
     pub rotors: Vec<Expr>,
-    pub coefficients: Vec<Expr>,
-    pub largest: Vec<Expr>,
+    pub closure: Vec<Expr>,
     pub momenta: Vec<Expr>,
-    pub given: Vec<Expr>,
+    pub opening: Vec<Expr>,
     pub forces: Vec<Expr>,
     pub projection_momenta: Vec<Expr>,
-    pub positions: Vec<Expr>,
-    pub speeds: Vec<Expr>,
+    pub row_residual: Vec<Expr>,
+    pub row_velocity: Vec<Expr>,
 }
 
 impl Parts {
@@ -45,35 +45,43 @@ impl Parts {
         binder: &mut Binder,
         phases: &Phases,
         reduction: &Reduction,
-        elimination: &Elimination,
+        sparsity: &Sparsity,
     ) -> Self {
         let Phases { frames, kinematics, inertias: shared, closure, .. } = phases;
         let order = branches(kinematics);
         let whole = Inertias::of_whole_bodies(binder, frames);
-        let given = elimination.solve(binder, &opening(closure), "given");
-        let imbalance = Imbalance::new(binder, phases, &whole, given.clone());
+        let at_rest = vec![Expr::zero(); binder.mechanism().speeds()];
+        let imbalance = Imbalance::new(binder, phases, &whole, at_rest);
         let (forces, _) = imbalance.by_speed(binder, kinematics);
-        let (pattern, coefficients) = coefficients(binder, &order, reduction, elimination);
-        let sizes = inverse_pivots(binder, elimination);
-        let phase = Phase::EliminationMargin;
-        let largest = folded(binder, phase, Function::Max, "inverse_pivot", sizes);
+        let places = Places::new(binder, &order);
         let rotors = order.iter().map(|(node, _)| kinematics.link(*node).rotor.clone()).collect();
+        let mut of_rows = |phase: Phase, what: &str, values: &[Expr], sign: f64| {
+            let value = |Row { pivot, .. }: &Row| {
+                let section = Section::closure(closure.rows()[pivot.row].closed, phase);
+                let scale = binder.constant(sign / length(binder, closure, pivot.row));
+                let name = format!("{what}_row{}", pivot.row);
+                binder.bind(section, name, &scale * &values[pivot.row])
+            };
+            sparsity.0.iter().map(value).collect()
+        };
         Self {
+            opening: of_rows(Phase::ClosureBias, "opening", &closure.gamma, -1.0),
+            row_residual: of_rows(Phase::ClosureResidual, "gap", &closure.row_residual, 1.0),
+            row_velocity: of_rows(Phase::ClosureBias, "velocity", &closure.row_velocity, 1.0),
             axes: axes(binder, kinematics, &order),
             rotors,
-            coefficients,
-            largest: vec![largest],
+            closure: entries(binder, closure, &places, sparsity),
             momenta: momenta(binder, kinematics, &whole, &order),
-            given,
             forces,
             // The metric of a projection is that of M, also where the loops are open.
             projection_momenta: momenta(binder, kinematics, shared, &order),
-            positions: elimination.solve(binder, &closure.row_residual, "closing_q"),
-            speeds: elimination.solve(binder, &closure.row_velocity, "closing_u"),
-            pattern,
+            pattern: pattern(&places, &order, reduction, sparsity),
         }
     }
 }
+
+/// The places of the joints in the order of the tree.
+struct Places(Vec<u16>);
 
 /// The nodes of the tree with their depths: each is followed by all nodes beyond it.
 fn branches(kinematics: &Kinematics) -> Vec<(NodeId, usize)> {
@@ -94,40 +102,90 @@ fn branches(kinematics: &Kinematics) -> Vec<(NodeId, usize)> {
     order
 }
 
-/// Returns the pattern of the reduction, and the coefficients of the dependent speeds.
-fn coefficients(
-    binder: &mut Binder,
+impl Places {
+    fn new(binder: &Binder, order: &[(NodeId, usize)]) -> Self {
+        let topology = binder.topology();
+        let joints = order.iter().filter_map(|(node, _)| topology.node(*node).joint());
+        let mut places = vec![0; order.len()];
+        for (place, joint) in joints.enumerate() {
+            places[joint.index()] = short(place);
+        }
+        Self(places)
+    }
+
+    fn of(&self, joint: JointId) -> u16 {
+        self.0[joint.index()]
+    }
+
+    /// Returns rows of some joints, in the order of the tree.
+    fn rows<'r>(&self, sparsity: &'r Sparsity) -> Vec<Option<&'r Row>> {
+        let mut rows = vec![None; self.0.len()];
+        for row in &sparsity.0 {
+            rows[usize::from(self.of(row.pivot.joint))] = Some(row);
+        }
+        rows
+    }
+
+    /// Returns the entries of each row.
+    fn sparse(&self, sparsity: &Sparsity, columns: fn(&Row) -> &[JointId]) -> SparseRows {
+        let mut sparse = SparseRows::default();
+        for row in self.rows(sparsity) {
+            let columns = row.map(columns).unwrap_or_default().iter();
+            sparse.columns.extend(columns.map(|&joint| self.of(joint)));
+            sparse.ends.push(sparse.columns.len() as u32);
+        }
+        sparse
+    }
+}
+
+/// Returns what the runtime knows of the reduction.
+fn pattern(
+    places: &Places,
     order: &[(NodeId, usize)],
     reduction: &Reduction,
-    elimination: &Elimination,
-) -> (ReductionInfo, Vec<Expr>) {
-    let topology = binder.topology();
-    let joints: Vec<_> =
-        order.iter().filter_map(|(node, _)| topology.node(*node).joint()).collect();
-    let mut places = vec![0; joints.len()];
-    for (place, joint) in joints.iter().enumerate() {
-        places[joint.index()] = short(place);
+    sparsity: &Sparsity,
+) -> ReductionInfo {
+    let mut joints: Vec<u16> = vec![0; order.len()];
+    for (joint, &place) in places.0.iter().enumerate() {
+        joints[usize::from(place)] = short(joint);
     }
-    let place = |joint: JointId| places[joint.index()];
     let depths = order.iter().map(|(_, depth)| short(*depth));
-    let mut pattern = ReductionInfo {
-        branches: joints.iter().map(|joint| short(joint.index())).zip(depths).collect(),
-        independent: reduction.independent.iter().map(|joint| place(*joint)).collect(),
-        dependent: Vec::new(),
-        columns: Vec::new(),
-    };
-    let mut coefficients = Vec::new();
-    for (Pivot { row, joint }, inverse, entries) in elimination.rows() {
-        let section = Section::closure(elimination.loop_of(row), Phase::NullSpace);
-        pattern.dependent.push((place(joint), short(entries.len())));
-        for (&column, value) in entries {
-            let [of, by] = [joint, JointId(column)].map(|joint| binder.joint_name(joint));
-            let name = format!("{of}_by_{by}");
-            coefficients.push(binder.bind(section, name, -&(value * inverse)));
-            pattern.columns.push(place(JointId(column)));
+    ReductionInfo {
+        branches: joints.into_iter().zip(depths).collect(),
+        independent: reduction.independent.iter().map(|joint| places.of(*joint)).collect(),
+        order: sparsity.0.iter().map(|row| places.of(row.pivot.joint)).collect(),
+        closure: places.sparse(sparsity, |row| &row.closure),
+        lower: places.sparse(sparsity, |row| &row.lower),
+        upper: places.sparse(sparsity, |row| &row.upper),
+    }
+}
+
+/// Returns the entries of the rows of J over their loops' lengths, in the order of the tree.
+fn entries(
+    binder: &mut Binder,
+    closure: &Closure,
+    places: &Places,
+    sparsity: &Sparsity,
+) -> Vec<Expr> {
+    let speeds = binder.mechanism().speeds();
+    let mut entries = Vec::new();
+    for Row { pivot, closure: columns, .. } in places.rows(sparsity).into_iter().flatten() {
+        let scale = binder.constant(1.0 / length(binder, closure, pivot.row));
+        let closed = closure.rows()[pivot.row].closed;
+        for joint in columns {
+            let name = format!("share_row{}_{}", pivot.row, binder.joint_name(*joint));
+            let entry = &closure.jacobian[pivot.row * speeds + joint.index()];
+            let section = Section::closure(closed, Phase::ClosureJacobian);
+            entries.push(binder.bind(section, name, &scale * entry));
         }
     }
-    (pattern, coefficients)
+    entries
+}
+
+/// Returns the length of the loop of a row, m.
+fn length(binder: &Binder, closure: &Closure, row: usize) -> f64 {
+    let closed = &binder.topology().loops[closure.rows()[row].closed.index()];
+    (closed.points[1] - closed.points[0]).norm()
 }
 
 /// A place among the joints. (A mechanism of more joints could not be derived at all.)

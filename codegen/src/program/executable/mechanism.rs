@@ -2,12 +2,12 @@
 
 use lamc_runtime::plumbing::{
     Balance, Dimensions, Drive, EquationsMut, GapsMut, Margin, ProjectionMut, Reduction,
-    ReductionMut, ReductionParts, ReductionSizes, workspace_len,
+    ReductionMut, ReductionParts, ReductionSizes, Rows, workspace_len,
 };
 use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, Momentum, StateOf, free_body};
 
 use super::{Executable, State};
-use crate::program::{Engine, FunctionKind, Interface};
+use crate::program::{Engine, FunctionKind, Interface, SparseRows};
 
 impl<E: Engine> Mechanism for Executable<E> {
     type Scalar = f64;
@@ -38,7 +38,9 @@ impl<E: Engine> Mechanism for Executable<E> {
                     branches: reduction.branches.len(),
                     depth: reduction.depth(),
                     independent: reduction.independent.len(),
-                    coefficients: reduction.columns.len(),
+                    closure: reduction.closure.columns.len(),
+                    lower: reduction.lower.columns.len(),
+                    upper: reduction.upper.columns.len(),
                 }
             }),
         }
@@ -209,8 +211,10 @@ impl<E: Engine> Mechanism for Executable<E> {
         Some(Reduction {
             branches: &self.branches,
             independent: &reduction.independent,
-            dependent: &self.dependent,
-            columns: &reduction.columns,
+            order: &reduction.order,
+            closure: rows(&reduction.closure),
+            lower: rows(&reduction.lower),
+            upper: rows(&reduction.upper),
             is_for_driven: self.has(FunctionKind::Acceleration),
             parts: self,
         })
@@ -246,12 +250,12 @@ impl<E: Engine> ReductionParts<f64> for Executable<E> {
         &self,
         (t, q, u): (f64, &[f64], &[f64]),
         out: ReductionMut<'_, f64>,
-        given: &mut [f64],
+        opening: &mut [f64],
         forces: &mut [f64],
     ) -> Result<(), Error> {
-        let ReductionMut { axes, momenta, rotors, coefficients, largest } = out;
+        let ReductionMut { axes, momenta, rotors, closure } = out;
         let at = State { t, q, u, ..State::default() };
-        let out = &mut [axes, momenta, rotors, coefficients, largest, given, forces];
+        let out = &mut [axes, momenta, rotors, closure, opening, forces];
         self.evaluate(FunctionKind::Reduction, at, out)
     }
 
@@ -260,12 +264,17 @@ impl<E: Engine> ReductionParts<f64> for Executable<E> {
         q: &[f64],
         u: &[f64],
         out: ReductionMut<'_, f64>,
-        closing: ProjectionMut<'_, f64>,
+        residual: &mut [f64],
+        openings: [&mut [f64]; 2],
     ) -> Result<(), Error> {
-        let ReductionMut { axes, momenta, rotors, coefficients, largest } = out;
-        let ProjectionMut { residual, positions, speeds } = closing;
+        let ReductionMut { axes, momenta, rotors, closure } = out;
+        let [row_residual, row_velocity] = openings;
         let at = State { q, u, ..State::default() };
-        let out = &mut [axes, momenta, rotors, coefficients, largest, residual, positions, speeds];
+        let out = &mut [axes, momenta, rotors, closure, residual, row_residual, row_velocity];
         self.evaluate(FunctionKind::ProjectionReduction, at, out)
     }
+}
+
+fn rows(rows: &SparseRows) -> Rows<'_> {
+    Rows { ends: &rows.ends, columns: &rows.columns }
 }

@@ -4,7 +4,7 @@
 mod controlled;
 mod mechanism;
 
-use lamc_runtime::plumbing::{Branch, Dependent, Margin};
+use lamc_runtime::plumbing::{Branch, Margin};
 use lamc_runtime::{Change, Error};
 
 use super::argument::Argument;
@@ -27,7 +27,6 @@ pub struct Executable<E> {
     drawing: Vec<f64>,
     inputs: Vec<f64>,
     branches: Vec<Branch>,
-    dependent: Vec<Dependent>,
 }
 
 /// The arguments of a function; those that it does not read may be empty.
@@ -48,8 +47,7 @@ impl<E: Engine> Executable<E> {
         let interface = program.interface.clone();
         let written = program.functions.iter().filter(|function| !function.outputs.is_empty());
         let reduction = interface.reduction.iter();
-        let branches = reduction.clone().flat_map(|reduction| &reduction.branches);
-        let dependent = reduction.flat_map(|reduction| &reduction.dependent);
+        let branches = reduction.flat_map(|reduction| &reduction.branches);
         let mut executable = Self {
             functions: written.map(|function| function.kind).collect(),
             engine: E::new(program),
@@ -57,7 +55,6 @@ impl<E: Engine> Executable<E> {
             drawing: vec![0.0; interface.drawn],
             inputs: vec![0.0; interface.inputs.len()],
             branches: branches.map(|&(joint, depth)| Branch { joint, depth }).collect(),
-            dependent: dependent.map(|&(branch, terms)| Dependent { branch, terms }).collect(),
             interface,
         };
         executable.draw();

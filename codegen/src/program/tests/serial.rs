@@ -8,7 +8,7 @@ use crate::pipeline;
 use crate::program::{
     BodyInfo, ControllerInfo, FORMAT_VERSION, Fact, FreeBodyInfo, FunctionKind, Interface,
     Interpreter, JointInfo, Moving, Op, ParameterInfo, Phase, Program, Pwm, Quantity, ReadError,
-    ReductionInfo, Section, Slot, Subject, Value, VerifyError,
+    ReductionInfo, Section, Slot, SparseRows, Subject, Value, VerifyError,
 };
 use crate::sealed::{Format, Unreadable};
 use crate::source::{CoordinateId, InputId, MemoryId, ParameterId, SourceFile, SpeedId};
@@ -115,8 +115,10 @@ fn each() -> impl Serialize {
         reduction: Some(ReductionInfo {
             branches: vec![(0, 1)],
             independent: vec![2],
-            dependent: vec![(3, 4)],
-            columns: vec![5],
+            order: vec![3],
+            closure: SparseRows { ends: vec![4], columns: vec![5] },
+            lower: SparseRows { ends: vec![6], columns: vec![7] },
+            upper: SparseRows { ends: vec![8], columns: vec![9] },
         }),
     };
     let sections = Phase::ALL.iter().map(|&phase| Section { subject: subjects[2], phase });
@@ -130,7 +132,7 @@ fn each() -> impl Serialize {
 fn the_version_is_raised_with_the_types() {
     let bytes = FORMAT.write(&each(), &[]);
     let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!((FORMAT_VERSION, &hash[..16]), (8, "0016237e5fa21041"));
+    assert_eq!((FORMAT_VERSION, &hash[..16]), (9, "48d2aa717d7800f5"));
 }
 
 #[test]
