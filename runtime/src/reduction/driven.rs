@@ -11,7 +11,7 @@
 
 use super::inertia::Inertia;
 use crate::constants::ORTHOGONAL_PASSES;
-use crate::linear::{add_scaled, backward, copy, dot, factor, forward, rows_of, rows_of_mut};
+use crate::linear::{add_scaled, backward, dot, factor, forward, rows_of, rows_of_mut};
 use crate::plumbing::Drive;
 use crate::trust::safe;
 use crate::workspace::split;
@@ -179,11 +179,9 @@ impl<'a, S: Scalar> Driven<'a, S> {
         terms.all(|(error, size)| error.abs() <= S::EPSILON.sqrt() * size)
     }
 
-    /// The torque of each driven joint.
-    pub fn torques(&self, out: &mut [S]) -> Result<(), Error> {
-        copy(out, self.is_kept)?;
-        let kept = out.iter_mut().filter(|flag| **flag != S::ZERO);
-        kept.zip(&*self.push).for_each(|(torque, &push)| *torque = push);
-        Ok(())
+    /// Adds the torque of each driven joint.
+    pub fn add_torques(&self, out: &mut [S]) {
+        let kept = out.iter_mut().zip(&*self.is_kept).filter(|(_, flag)| **flag != S::ZERO);
+        kept.zip(&*self.push).for_each(|((torque, _), &push)| *torque += push);
     }
 }

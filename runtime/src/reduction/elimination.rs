@@ -53,11 +53,12 @@ impl<'a, S: Scalar> Elimination<'a, S> {
             for (&column, &entry) in reduction.closure.of(branch, closure) {
                 *at_mut(row, column)? = entry;
             }
-            for (&column, factor) in reduction.lower.of_mut(branch, lower) {
-                *factor = take(row, column)? * *at(inverse, column)?;
+            for (&column, place) in reduction.lower.of_mut(branch, lower) {
+                let factor = take(row, column)? * *at(inverse, column)?;
+                *place = factor;
                 for (&column, &entry) in reduction.upper.of(column, upper) {
                     let place = at_mut(row, column)?;
-                    *place = (-*factor).mul_add(entry, *place);
+                    *place = (-factor).mul_add(entry, *place);
                 }
             }
             let of_row = S::ONE / take(row, branch)?;

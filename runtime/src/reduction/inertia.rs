@@ -55,9 +55,9 @@ pub(super) struct Inertia<'a, S> {
     sweep: Sweep<'a, S>,
     /// A number for each independent speed.
     row: &'a mut [S],
-    /// p, by branch.
-    given: &'a mut [S],
-    /// M p, by branch.
+    /// x, by branch.
+    x: &'a mut [S],
+    /// M x, by branch.
     momenta: &'a mut [S],
     /// H on and below the diagonal, d x d, and its factor.
     inertia: &'a mut [S],
@@ -91,7 +91,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         let half = split(workspace, width(independent) * branches)?;
         let row = split(workspace, padded)?;
         let sweep = Sweep::of(depth, width(independent), workspace)?;
-        let (given, momenta) = (split(workspace, branches)?, split(workspace, branches)?);
+        let (x, momenta) = (split(workspace, branches)?, split(workspace, branches)?);
         let inertia = split(workspace, independent * independent)?;
         Ok(Self {
             reduction,
@@ -101,7 +101,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             half,
             sweep,
             row,
-            given,
+            x,
             momenta,
             inertia,
         })
@@ -159,10 +159,10 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     /// Solves J p = b with zeros for the independent joints, for b by the order of the elimination; writes p in the order
     /// of u.
     pub fn give(&mut self, wanted: &[S], out: &mut [S]) -> Result<(), Error> {
-        self.elimination.solve(&self.reduction, wanted, self.given)?;
-        for (&given, branch) in self.given.iter().zip(self.reduction.branches) {
+        self.elimination.solve(&self.reduction, wanted, self.x)?;
+        for (&x, branch) in self.x.iter().zip(self.reduction.branches) {
             if let Some(place) = out.get_mut(usize::from(branch.joint)) {
-                *place = given;
+                *place = x;
             }
         }
         Ok(())
@@ -184,25 +184,39 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         Ok(())
     }
 
-    /// N^T M p of the last p that was [given](Self::give).
-    pub fn momentum(&mut self, terms: &Terms<'_, S>, out: &mut [S]) -> Result<(), Error> {
-        let Self { reduction, sweep, given, momenta, .. } = self;
-        sweep.whole(reduction.branches, terms, given, momenta)?;
+    /// N^T M x, for x in the order of u.
+    pub fn momentum(&mut self, terms: &Terms<'_, S>, x: &[S], out: &mut [S]) -> Result<(), Error> {
+        self.set_momenta(terms, x)?;
         self.reduce(out);
         Ok(())
     }
 
-    /// N^T (f - M p) of the last p that was [given](Self::give), for f in the order of u.
-    pub fn imbalance(&mut self, terms: &Terms<'_, S>, f: &[S], out: &mut [S]) -> Result<(), Error> {
-        let Self { reduction, sweep, given, momenta, .. } = self;
-        sweep.whole(reduction.branches, terms, given, momenta)?;
-        for (momentum, branch) in momenta.iter_mut().zip(reduction.branches) {
+    /// N^T (f - M x), for f and x in the order of u.
+    pub fn imbalance(
+        &mut self,
+        terms: &Terms<'_, S>,
+        (f, x): (&[S], &[S]),
+        out: &mut [S],
+    ) -> Result<(), Error> {
+        self.set_momenta(terms, x)?;
+        for (momentum, branch) in self.momenta.iter_mut().zip(self.reduction.branches) {
             if let Some(&f) = f.get(usize::from(branch.joint)) {
                 *momentum = f - *momentum;
             }
         }
         self.reduce(out);
         Ok(())
+    }
+
+    /// Computes M x, for x in the order of u.
+    fn set_momenta(&mut self, terms: &Terms<'_, S>, x: &[S]) -> Result<(), Error> {
+        let branches = self.reduction.branches;
+        for (place, branch) in self.x.iter_mut().zip(branches) {
+            if let Some(&x) = x.get(usize::from(branch.joint)) {
+                *place = x;
+            }
+        }
+        self.sweep.whole(branches, terms, self.x, self.momenta)
     }
 
     /// N^T times the momenta.
@@ -235,13 +249,14 @@ impl<'a, S: Scalar> Inertia<'a, S> {
 
     fn combine_blocks<const W: usize>(&self, out: &mut [S]) {
         let branches = self.reduction.branches;
-        let blocks = blocks::<S, W>(self.null_space, branches.len());
-        for (n, y) in blocks.zip(self.row.as_chunks::<W>().0) {
-            for (branch, n) in branches.iter().zip(n) {
-                let products: Block<S, W> = core::array::from_fn(|lane| n[lane] * y[lane]);
-                if let Some(out) = out.get_mut(usize::from(branch.joint)) {
-                    *out += products.into_iter().fold(S::ZERO, |sum, x| sum + x);
-                }
+        let (rows, y) = (self.null_space.as_chunks::<W>().0, self.row.as_chunks::<W>().0);
+        for (index, branch) in branches.iter().enumerate() {
+            let mut sums = [S::ZERO; W];
+            for (n, y) in rows.iter().skip(index).step_by(branches.len()).zip(y) {
+                sums = core::array::from_fn(|lane| n[lane].mul_add(y[lane], sums[lane]));
+            }
+            if let Some(out) = out.get_mut(usize::from(branch.joint)) {
+                *out += total(&sums);
             }
         }
     }
@@ -285,6 +300,16 @@ pub(super) fn sum_of<S: Scalar, const W: usize>(
     sum: &Block<S, W>,
 ) -> Block<S, W> {
     core::array::from_fn(|lane| factor.mul_add(x[lane], sum[lane]))
+}
+
+/// The sum of the numbers of a block.
+fn total<S: Scalar>(block: &[S]) -> S {
+    let mut sums = [S::ZERO; NARROW];
+    for part in block.as_chunks::<NARROW>().0 {
+        sums = core::array::from_fn(|lane| sums[lane] + part[lane]);
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + e) + (b + f)) + ((c + g) + (d + h))
 }
 
 /// A (d x d) becomes A + A^T on and below the diagonal.

@@ -84,7 +84,7 @@ fn reduced<Y: Mechanism>(
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
-    torques: Option<&mut [Y::Scalar]>,
+    mut torques: Option<&mut [Y::Scalar]>,
 ) -> Result<(Trust<Y::Scalar>, usize), Error> {
     let workspace = &mut &mut *workspace;
     let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
@@ -100,17 +100,23 @@ fn reduced<Y: Mechanism>(
         return Ok((Trust::Doubtful, 0));
     }
     inertia.give(opening, out)?;
-    inertia.imbalance(&terms, forces, a)?;
-    driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
-        Some(&given) => drive.acceleration - given,
-        None => drive.acceleration,
-    })?;
-    if !inertia.solve(a, &mut driven, Met::Here)? {
-        return Ok((Trust::Doubtful, 0));
+    if let Some(torques) = &mut torques {
+        torques.fill(Y::Scalar::ZERO);
     }
-    inertia.combine(Y::Scalar::ONE, a, out);
-    if let Some(torques) = torques {
-        driven.torques(torques)?;
+    // What the factor of H has lost by rounding shows in the imbalance that is left.
+    for met in [Met::Here, Met::Elsewhere] {
+        inertia.imbalance(&terms, (forces, out), a)?;
+        driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
+            Some(&found) => drive.acceleration - found,
+            None => drive.acceleration,
+        })?;
+        if !inertia.solve(a, &mut driven, met)? {
+            return Ok((Trust::Doubtful, 0));
+        }
+        inertia.combine(Y::Scalar::ONE, a, out);
+        if let Some(torques) = &mut torques {
+            driven.add_torques(torques);
+        }
     }
     let is_finite = out.iter().all(|x| x.is_finite());
     Ok((if is_finite { trust } else { Trust::Doubtful }, rank + driven.rank()))
@@ -231,7 +237,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
             Of::Speeds => (of_speeds, Met::Here),
         };
         inertia.give(opening, p)?;
-        inertia.momentum(terms, along)?;
+        inertia.momentum(terms, p, along)?;
         driven.prescribe(system, t, inertia, |drive| {
             p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
         })?;
