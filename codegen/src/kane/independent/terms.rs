@@ -1,7 +1,7 @@
 //! What the runtime needs to solve for many independent speeds, or with driven joints.
 //!
-//! Half the elimination of a large sheet fills in, and N and N^T M N cost what the number of joints and that of independent
-//! speeds make together. In straight-line code that outgrows the caches, and it is the same few operations again and again: the
+//! The elimination of a large sheet fills in, and N and N^T M N take some operations for each joint and each independent
+//! speed. In straight-line code that outgrows the caches, and it is the same few operations again and again: the
 //! runtime does it in loops ([`lamc_runtime::plumbing::Reduction`]). Here is what grows with the number of joints only. Hinges and
 //! momenta are about the origin of the base frame, so that the runtime need not carry them from frame to frame:
 //!
@@ -80,9 +80,6 @@ impl Parts {
     }
 }
 
-/// The places of the joints in the order of the tree.
-struct Places(Vec<u16>);
-
 /// The nodes of the tree with their depths: each is followed by all nodes beyond it.
 fn branches(kinematics: &Kinematics) -> Vec<(NodeId, usize)> {
     let mut beyond: BTreeMap<Option<NodeId>, Vec<NodeId>> = BTreeMap::new();
@@ -101,6 +98,9 @@ fn branches(kinematics: &Kinematics) -> Vec<(NodeId, usize)> {
     }
     order
 }
+
+/// The places of the joints in the order of the tree.
+struct Places(Vec<u16>);
 
 impl Places {
     fn new(binder: &Binder, order: &[(NodeId, usize)]) -> Self {
