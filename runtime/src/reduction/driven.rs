@@ -73,17 +73,15 @@ impl<'a, S: Scalar> Driven<'a, S> {
         t: S,
         inertia: &Inertia<'_, S>,
         wanted: impl Fn(&Drive<S>) -> S,
-    ) -> Result<(), Error> {
+    ) {
         let d = inertia.independent();
         let mut places = self.rows.chunks_exact_mut(d.max(1)).zip(self.wanted.iter_mut());
-        let mut outcome = Ok(());
         system.drives(t, |drive| {
-            if let (Some((row, value)), Ok(())) = (places.next(), outcome) {
+            if let Some((row, value)) = places.next() {
                 *value = wanted(&drive);
-                outcome = inertia.row(drive.joint, row);
+                inertia.row(drive.joint, row);
             }
         });
-        outcome
     }
 
     /// The number of conditions that do not follow from others.

@@ -169,10 +169,10 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     }
 
     /// The row of N of a joint, by its place in u.
-    pub fn row(&self, joint: usize, out: &mut [S]) -> Result<(), Error> {
+    pub fn row(&self, joint: usize, out: &mut [S]) {
         let mut branches = self.reduction.branches.iter();
         let Some(index) = branches.position(|branch| usize::from(branch.joint) == joint) else {
-            return Ok(());
+            return;
         };
         let width = width(self.independent);
         let blocks = self.null_space.chunks_exact((width * self.reduction.branches.len()).max(1));
@@ -181,7 +181,6 @@ impl<'a, S: Scalar> Inertia<'a, S> {
                 *out = value;
             }
         }
-        Ok(())
     }
 
     /// N^T M x, for x in the order of u.

@@ -109,7 +109,7 @@ fn reduced<Y: Mechanism>(
         driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
             Some(&found) => drive.acceleration - found,
             None => drive.acceleration,
-        })?;
+        });
         if !inertia.solve(a, &mut driven, met)? {
             return Ok((Trust::Doubtful, 0));
         }
@@ -240,7 +240,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         inertia.momentum(terms, p, along)?;
         driven.prescribe(system, t, inertia, |drive| {
             p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
-        })?;
+        });
         let is_solved = inertia.solve(along, driven, met)?;
         inertia.combine(-S::ONE, along, p);
         Ok(is_solved)
