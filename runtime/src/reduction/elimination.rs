@@ -77,20 +77,41 @@ impl<'a, S: Scalar> Elimination<'a, S> {
         reduction: &Reduction<'_, S>,
         rows: &mut [Block<S, W>],
     ) -> Result<(), Error> {
-        for &branch in reduction.order {
-            let mut sum = [S::ZERO; W];
+        self.substitute(reduction, rows, core::iter::repeat([S::ZERO; W]))
+    }
+
+    /// x by branch, with zeros for the independent joints, for b by the order of the elimination.
+    pub fn solve(
+        &self,
+        reduction: &Reduction<'_, S>,
+        wanted: &[S],
+        x: &mut [S],
+    ) -> Result<(), Error> {
+        x.fill(S::ZERO);
+        self.substitute(reduction, x.as_chunks_mut().0, wanted.iter().map(|&b| [b]))
+    }
+
+    /// The dependent joints' rows of x, for their rows of b by the order of the elimination.
+    #[inline(always)]
+    fn substitute<const W: usize>(
+        &self,
+        reduction: &Reduction<'_, S>,
+        x: &mut [Block<S, W>],
+        wanted: impl Iterator<Item = Block<S, W>>,
+    ) -> Result<(), Error> {
+        for (&branch, mut sum) in reduction.order.iter().zip(wanted) {
             for (&column, &factor) in reduction.lower.of(branch, self.lower) {
-                sum = sum_of(-factor, at(rows, column)?, &sum);
+                sum = sum_of(-factor, at(x, column)?, &sum);
             }
-            *at_mut(rows, branch)? = sum;
+            *at_mut(x, branch)? = sum;
         }
         for &branch in reduction.order.iter().rev() {
-            let mut sum = *at(rows, branch)?;
+            let mut sum = *at(x, branch)?;
             for (&column, &entry) in reduction.upper.of(branch, self.upper) {
-                sum = sum_of(-entry, at(rows, column)?, &sum);
+                sum = sum_of(-entry, at(x, column)?, &sum);
             }
             let inverse = *at(self.inverse, branch)?;
-            *at_mut(rows, branch)? = sum.map(|x| inverse * x);
+            *at_mut(x, branch)? = sum.map(|x| inverse * x);
         }
         Ok(())
     }
@@ -117,31 +138,6 @@ impl<'a, S: Scalar> Elimination<'a, S> {
                 let row = at_mut(rows, column)?;
                 *row = sum_of(-factor, &own, row);
             }
-        }
-        Ok(())
-    }
-
-    /// x by branch, with zeros for the independent joints, for b by the order of the elimination.
-    pub fn solve(
-        &self,
-        reduction: &Reduction<'_, S>,
-        wanted: &[S],
-        x: &mut [S],
-    ) -> Result<(), Error> {
-        x.fill(S::ZERO);
-        for (&branch, &wanted) in reduction.order.iter().zip(wanted) {
-            let mut sum = wanted;
-            for (&column, &factor) in reduction.lower.of(branch, self.lower) {
-                sum = (-factor).mul_add(*at(x, column)?, sum);
-            }
-            *at_mut(x, branch)? = sum;
-        }
-        for &branch in reduction.order.iter().rev() {
-            let mut sum = *at(x, branch)?;
-            for (&column, &entry) in reduction.upper.of(branch, self.upper) {
-                sum = (-entry).mul_add(*at(x, column)?, sum);
-            }
-            *at_mut(x, branch)? = sum * *at(self.inverse, branch)?;
         }
         Ok(())
     }
