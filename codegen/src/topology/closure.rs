@@ -168,6 +168,12 @@ impl<'a> Closure<'a> {
 }
 
 impl Closure<'_> {
+    /// Returns the place of the loop of each of the [`rows`](Self::rows).
+    pub fn loops_of_rows(&self) -> Vec<usize> {
+        let loops = self.loops.iter().enumerate();
+        loops.flat_map(|(index, chains)| chains.rows.iter().map(move |_| index)).collect()
+    }
+
     /// Returns the rows of all loops that the acceleration uses, with their columns, over the loops'
     /// lengths.
     pub fn rows(&self, q: &DVector<f64>) -> Vec<Vec<(usize, f64)>> {

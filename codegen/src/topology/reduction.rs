@@ -14,7 +14,7 @@
 //!   and its application to linear programming", 1957) among those that are not small in their row at any
 //!   of the states.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DVector;
 
@@ -53,11 +53,12 @@ pub fn reduction(closure: &Closure, assembled: &DVector<f64>, rank: usize) -> Op
     let states: Vec<Vec<Vec<(usize, f64)>>> =
         states(closure, assembled).iter().map(|q| closure.rows(q)).collect();
     let rows = rows(&states)?;
+    let loops = closure.loops_of_rows();
     let free: Vec<usize> = THRESHOLDS.iter().find_map(|threshold| {
-        let first = eliminate(rows.clone(), &[], *threshold, rank)?;
+        let first = eliminate(rows.clone(), &loops, &[], *threshold, rank)?;
         Some(largest_volume(&first, n, states.len()))
     })?;
-    let chosen = THRESHOLDS.iter().find_map(|t| eliminate(rows.clone(), &free, *t, rank))?;
+    let chosen = THRESHOLDS.iter().find_map(|t| eliminate(rows.clone(), &loops, &free, *t, rank))?;
     Some(Reduction {
         independent: free.into_iter().map(JointId).collect(),
         pivots: chosen.pivots.into_iter().map(|(pivot, _)| pivot).collect(),
@@ -94,11 +95,12 @@ fn rows(states: &[Vec<Vec<(usize, f64)>>]) -> Option<Vec<Row>> {
     Some(rows)
 }
 
-/// Eliminates with pivots that are at least `threshold` of the largest entry of their row at every state,
+/// Eliminates loop by loop, with pivots that are at least `threshold` of the largest entry of their row at every state,
 /// in columns that are not `free`. Returns nothing if there are not `rank` such pivots, or if more rows are
 /// left than vanish.
 fn eliminate(
     mut rows: Vec<Row>,
+    loops: &[usize],
     free: &[usize],
     threshold: f64,
     rank: usize,
@@ -106,41 +108,87 @@ fn eliminate(
     let mut left: Vec<usize> = (0..rows.len()).collect();
     let mut pivots = Vec::with_capacity(rank);
     while pivots.len() < rank {
-        let (row, column) = next_pivot(&rows, &left, free, threshold)?;
-        left.retain(|other| *other != row);
-        let pivot_row = std::mem::take(&mut rows[row]);
-        let pivot = &pivot_row[&column];
-        for &other in &left {
-            let Some(entries) = rows[other].remove(&column) else { continue };
-            let factors: Vec<f64> = entries.iter().zip(pivot).map(|(a, p)| a / p).collect();
-            for (&at, values) in pivot_row.iter().filter(|(at, _)| **at != column) {
-                let place = rows[other].entry(at).or_insert_with(|| vec![0.0; factors.len()]);
-                for ((x, factor), value) in place.iter_mut().zip(&factors).zip(values) {
-                    *x -= factor * value;
-                }
+        let before = pivots.len();
+        for chosen in by_cost(&rows, &left, loops, free) {
+            while let Some((row, column)) =
+                next_pivot(&rows, &left, |row| loops[row] == chosen, free, threshold)
+            {
+                left.retain(|other| *other != row);
+                let pivot_row = std::mem::take(&mut rows[row]);
+                take_out(&mut rows, &left, &pivot_row, column);
+                pivots.push((Pivot { row, joint: JointId(column) }, pivot_row));
+            }
+            if pivots.len() > before {
+                break;
             }
         }
-        pivots.push((Pivot { row, joint: JointId(column) }, pivot_row));
+        if pivots.len() == before {
+            return None;
+        }
     }
     let rest = left.iter().flat_map(|row| rows[*row].values()).flatten();
     rest.map(|x| x.abs()).fold(0.0, larger).le(&VANISHING).then_some(Elimination { pivots })
 }
 
-/// Returns the pivot that fills in the fewest entries.
+/// Eliminates a column from the rows that are left.
+fn take_out(rows: &mut [Row], left: &[usize], pivot_row: &Row, column: usize) {
+    let pivot = &pivot_row[&column];
+    for &other in left {
+        let Some(entries) = rows[other].remove(&column) else { continue };
+        let factors: Vec<f64> = entries.iter().zip(pivot).map(|(a, p)| a / p).collect();
+        for (&at, values) in pivot_row.iter().filter(|(at, _)| **at != column) {
+            let place = rows[other].entry(at).or_insert_with(|| vec![0.0; factors.len()]);
+            for ((x, factor), value) in place.iter_mut().zip(&factors).zip(values) {
+                *x -= factor * value;
+            }
+        }
+    }
+}
+
+/// Returns the loops that have rows left, first those whose elimination fills in the fewest entries: at most as many as the
+/// product of the columns that they leave and the loops that have these or the eliminated columns.
+fn by_cost(rows: &[Row], left: &[usize], loops: &[usize], free: &[usize]) -> Vec<usize> {
+    let mut columns: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+    let mut users: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+    let mut count: BTreeMap<usize, usize> = BTreeMap::new();
+    for &row in left {
+        *count.entry(loops[row]).or_default() += 1;
+        for &column in rows[row].keys().filter(|column| !free.contains(column)) {
+            columns.entry(loops[row]).or_default().insert(column);
+            users.entry(column).or_default().insert(loops[row]);
+        }
+    }
+    let cost = |(at, columns): (&usize, &BTreeSet<usize>)| {
+        let others: BTreeSet<usize> =
+            columns.iter().flat_map(|column| users[column].iter().copied()).collect();
+        let rest = columns.len().saturating_sub(count[at]);
+        (rest * (others.len() - 1), *at)
+    };
+    let mut costs: Vec<(usize, usize)> = columns.iter().map(cost).collect();
+    costs.sort_unstable();
+    costs.into_iter().map(|(_, at)| at).collect()
+}
+
+/// Returns the pivot of the rows of a loop that fills in the fewest entries.
 fn next_pivot(
     rows: &[Row],
     left: &[usize],
+    is_candidate: impl Fn(usize) -> bool,
     free: &[usize],
     threshold: f64,
 ) -> Option<(usize, usize)> {
-    let mut in_column: BTreeMap<usize, usize> = BTreeMap::new();
+    let candidates = || left.iter().copied().filter(|row| is_candidate(*row));
+    let mut in_column: BTreeMap<usize, usize> =
+        candidates().flat_map(|row| rows[row].keys().map(|column| (*column, 0))).collect();
     for row in left {
         for column in rows[*row].keys() {
-            *in_column.entry(*column).or_default() += 1;
+            if let Some(count) = in_column.get_mut(column) {
+                *count += 1;
+            }
         }
     }
     let mut best: Option<(usize, (usize, usize))> = None;
-    for &row in left {
+    for row in candidates() {
         let entries = &rows[row];
         let Some(states) = entries.values().next().map(Vec::len) else { continue };
         let mut largest = vec![0.0; states];
