@@ -9,7 +9,7 @@ use crate::{Error, Scalar};
 pub use crate::arrays::{forces, jacobian, jacobian_params, motor_torques};
 pub use crate::integrate::rodasp;
 pub use crate::jacobian::{Change, JacobianMut};
-pub use crate::reduction::{Branch, Reduction, ReductionParts, ReductionSizes, Rows};
+pub use crate::reduction::{Branch, ROWS, Reduction, ReductionParts, ReductionSizes, Rows};
 pub use crate::workspace::workspace_len;
 
 /// Sizes of a mechanism.

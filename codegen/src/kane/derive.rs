@@ -34,7 +34,7 @@ const MOST_FREE_JOINTS: usize = 12;
 
 /// Products of two entries of N for the same joint above which the runtime forms N^T M N in loops: straight-line code
 /// outgrows the caches.
-const MOST_PAIRS: usize = 6_000;
+const MOST_PAIRS: usize = 3_000;
 
 /// The reason why no equations could be derived.
 #[derive(Debug, thiserror::Error)]

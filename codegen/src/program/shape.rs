@@ -112,7 +112,7 @@ impl Size {
             Self::Memory => interface.memory().count(),
             Self::Commands => interface.commands().count(),
             Self::Branches => interface.reduction.as_ref().map_or(0, |it| it.branches.len()),
-            Self::Dependent => interface.reduction.as_ref().map_or(0, |it| it.order.len()),
+            Self::Dependent => interface.reduction.as_ref().map_or(0, |it| it.dependent().count()),
             Self::ClosureEntries => {
                 interface.reduction.as_ref().map_or(0, |it| it.closure.columns.len())
             }

@@ -7,144 +7,243 @@
 //! J x = b        z_i = b_i - sum L_ij z_j        x_i = (z_i - sum U_ij x_j) / pivot_i        z_i = x_i of independent joints
 //! ```
 //!
-//! The rows come one after the other, each in a place of its own for every joint (T. A. Davis, "Direct Methods for Sparse
-//! Linear Systems", 2006, 6.2, by rows instead of columns).
+//! A step takes the rows of one loop, at most [`ROWS`], which have entries for the same joints: what is read of a joint serves
+//! for all of them, and there are fewer short loops, whose ends a processor does not foresee. The rows of a step are built
+//! in a place of their own for every joint (T. A. Davis, "Direct Methods for Sparse Linear Systems", 2006, 6.2, by rows
+//! instead of columns).
 
 use super::inertia::{Block, at, at_mut, sum_of};
+use super::pattern::ROWS;
 use super::{Reduction, ReductionSizes};
 use crate::workspace::split;
 use crate::{Error, Scalar};
 
+/// Numbers of a step: one for each row, and nothing in the rest, so that they fill a register of the processor.
+const LANES: usize = 4;
+
+/// A number for each row of a step.
+type Step<S> = [S; LANES];
+
+/// The entries of L and U within a step: of each row, those of the joints of the rows before it, or after it.
+type Within<S> = [Step<S>; ROWS];
+
 /// L, U and the pivots at a state.
 pub(super) struct Elimination<'a, S> {
     /// L, as [`Reduction::lower`] orders it.
-    lower: &'a mut [S],
+    lower: &'a mut [Step<S>],
     /// U, as [`Reduction::upper`] orders it.
-    upper: &'a mut [S],
-    /// 1 / pivot, by branch; 1 for independent joints.
-    inverse: &'a mut [S],
-    /// The present row, by branch; zeros else.
-    row: &'a mut [S],
+    upper: &'a mut [Step<S>],
+    /// By step: L and U of its own joints, and 1 / pivot on the diagonal.
+    within: &'a mut [Within<S>],
+    /// The rows of the present step, by branch; zeros else.
+    rows: &'a mut [Step<S>],
 }
 
 /// Numbers that [`Elimination`] needs.
 pub(super) const fn elimination_len(sizes: ReductionSizes) -> usize {
-    sizes.lower + sizes.upper + 2 * sizes.branches
+    LANES * (sizes.lower + sizes.upper + ROWS * sizes.steps + sizes.branches)
 }
 
 impl<'a, S: Scalar> Elimination<'a, S> {
     /// Room for it.
     pub fn of(sizes: ReductionSizes, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
+        let mut steps = |count| Ok(split(workspace, LANES * count)?.as_chunks_mut().0);
         Ok(Self {
-            lower: split(workspace, sizes.lower)?,
-            upper: split(workspace, sizes.upper)?,
-            inverse: split(workspace, sizes.branches)?,
-            row: split(workspace, sizes.branches)?,
+            lower: steps(sizes.lower)?,
+            upper: steps(sizes.upper)?,
+            within: steps(ROWS * sizes.steps)?.as_chunks_mut().0,
+            rows: steps(sizes.branches)?,
         })
     }
 
     /// Computes L and U of the rows of J, `closure`; returns the largest inverse pivot.
     pub fn factor(&mut self, reduction: &Reduction<'_, S>, closure: &[S]) -> Result<S, Error> {
-        let Self { lower, upper, inverse, row } = self;
+        let Self { lower, upper, within, rows } = self;
         let mut largest = S::ZERO;
-        inverse.fill(S::ONE);
-        row.fill(S::ZERO);
-        for &branch in reduction.order {
-            for (&column, &entry) in reduction.closure.of(branch, closure) {
-                *at_mut(row, column)? = entry;
-            }
-            for (&column, place) in reduction.lower.of_mut(branch, lower) {
-                let factor = take(row, column)? * *at(inverse, column)?;
-                *place = factor;
-                for (&column, &entry) in reduction.upper.of(column, upper) {
-                    let place = at_mut(row, column)?;
-                    *place = (-factor).mul_add(entry, *place);
+        rows.fill([S::ZERO; LANES]);
+        for (step, joints) in reduction.steps.iter().enumerate() {
+            for (row, &joint) in joints.iter().enumerate() {
+                for (&column, &entry) in reduction.closure.of(joint.into(), closure) {
+                    at_mut(rows, column)?[row] = entry;
                 }
             }
-            let of_row = S::ONE / take(row, branch)?;
-            *at_mut(inverse, branch)? = of_row;
-            largest = largest.max(of_row.abs());
-            for (&column, entry) in reduction.upper.of_mut(branch, upper) {
-                *entry = take(row, column)?;
+            let (done, rest) = within.split_at_mut(step);
+            for (&column, place) in reduction.lower.of_mut(step, lower) {
+                let mut factors = take(rows, column)?;
+                let of_column = usize::from(*at(reduction.places, column)?);
+                let (before, row) = (of_column / ROWS, of_column % ROWS);
+                if let Some((own, others)) = done.get(before).zip(reduction.steps.get(before)) {
+                    factors = factors.map(|factor| factor * own[row][row]);
+                    for (&other, &entry) in others.iter().zip(&own[row]).skip(row + 1) {
+                        if let Some(other) = rows.get_mut(usize::from(other)) {
+                            *other = sum_of(-entry, &factors, other);
+                        }
+                    }
+                    for (&column, entries) in reduction.upper.of(before, upper) {
+                        let place = at_mut(rows, column)?;
+                        *place = sum_of(-entries[row], &factors, place);
+                    }
+                }
+                *place = factors;
+            }
+            let Some(own) = rest.first_mut() else { break };
+            largest = largest.max(factor_step(joints, rows, own));
+            for (&column, place) in reduction.upper.of_mut(step, upper) {
+                let mut entries = take(rows, column)?;
+                entries[1] = (-own[1][0]).mul_add(entries[0], entries[1]);
+                entries[2] = (-own[2][0]).mul_add(entries[0], entries[2]);
+                entries[2] = (-own[2][1]).mul_add(entries[1], entries[2]);
+                *place = entries;
             }
         }
         Ok(largest)
     }
 
-    /// N for some independent speeds, in place: rows of independent joints are given, those of dependent ones follow.
-    pub fn spread<const W: usize>(
-        &self,
-        reduction: &Reduction<'_, S>,
-        rows: &mut [Block<S, W>],
-    ) -> Result<(), Error> {
-        self.substitute(reduction, rows, core::iter::repeat([S::ZERO; W]))
-    }
-
-    /// x by branch, with zeros for the independent joints, for b by the order of the elimination.
-    pub fn solve(
-        &self,
-        reduction: &Reduction<'_, S>,
-        wanted: &[S],
-        x: &mut [S],
-    ) -> Result<(), Error> {
-        x.fill(S::ZERO);
-        self.substitute(reduction, x.as_chunks_mut().0, wanted.iter().map(|&b| [b]))
-    }
-
-    /// The dependent joints' rows of x, for their rows of b by the order of the elimination.
+    /// The dependent joints' rows of x beside those of the independent joints, which are given, so that J x = b, for b by the order
+    /// of the elimination.
     #[inline(always)]
-    fn substitute<const W: usize>(
+    pub fn substitute<const W: usize>(
         &self,
         reduction: &Reduction<'_, S>,
         x: &mut [Block<S, W>],
-        wanted: impl Iterator<Item = Block<S, W>>,
+        mut wanted: impl Iterator<Item = Block<S, W>>,
     ) -> Result<(), Error> {
-        for (&branch, mut sum) in reduction.order.iter().zip(wanted) {
-            for (&column, &factor) in reduction.lower.of(branch, self.lower) {
-                sum = sum_of(-factor, at(x, column)?, &sum);
+        let steps = || reduction.steps.iter().zip(&*self.within).enumerate();
+        for (step, (joints, within)) in steps() {
+            let mut next = |joint: u16| match x.get(usize::from(joint)) {
+                Some(_) => wanted.next().unwrap_or([S::ZERO; W]),
+                None => [S::ZERO; W],
+            };
+            let [mut a, mut b, mut c] = [next(joints[0]), next(joints[1]), next(joints[2])];
+            for (&column, factors) in reduction.lower.of(step, self.lower) {
+                let x = at(x, column)?;
+                a = sum_of(-factors[0], x, &a);
+                b = sum_of(-factors[1], x, &b);
+                c = sum_of(-factors[2], x, &c);
             }
-            *at_mut(x, branch)? = sum;
+            b = sum_of(-within[1][0], &a, &b);
+            c = sum_of(-within[2][0], &a, &c);
+            c = sum_of(-within[2][1], &b, &c);
+            put(x, *joints, [&a, &b, &c]);
         }
-        for &branch in reduction.order.iter().rev() {
-            let mut sum = *at(x, branch)?;
-            for (&column, &entry) in reduction.upper.of(branch, self.upper) {
-                sum = sum_of(-entry, at(x, column)?, &sum);
+        for (step, (joints, within)) in steps().rev() {
+            let [mut a, mut b, mut c] = [get(x, joints[0]), get(x, joints[1]), get(x, joints[2])];
+            for (&column, entries) in reduction.upper.of(step, self.upper) {
+                let x = at(x, column)?;
+                a = sum_of(-entries[0], x, &a);
+                b = sum_of(-entries[1], x, &b);
+                c = sum_of(-entries[2], x, &c);
             }
-            let inverse = *at(self.inverse, branch)?;
-            *at_mut(x, branch)? = sum.map(|x| inverse * x);
+            c = times(within[2][2], &c);
+            b = times(within[1][1], &sum_of(-within[1][2], &c, &b));
+            a = sum_of(-within[0][2], &c, &sum_of(-within[0][1], &b, &a));
+            a = times(within[0][0], &a);
+            put(x, *joints, [&a, &b, &c]);
         }
         Ok(())
     }
 
-    /// The transpose of [`spread`](Self::spread), in place: rows of independent joints become the sums over all joints of their
-    /// entries of N times the joint's row.
+    /// The transpose of [`substitute`](Self::substitute), in place: rows of independent joints become the sums over all joints of
+    /// their entries of N times the joint's row.
     pub fn take_back<const W: usize>(
         &self,
         reduction: &Reduction<'_, S>,
-        rows: &mut [Block<S, W>],
+        x: &mut [Block<S, W>],
     ) -> Result<(), Error> {
-        for &branch in reduction.order {
-            let inverse = *at(self.inverse, branch)?;
-            let own = at(rows, branch)?.map(|x| inverse * x);
-            *at_mut(rows, branch)? = own;
-            for (&column, &entry) in reduction.upper.of(branch, self.upper) {
-                let row = at_mut(rows, column)?;
-                *row = sum_of(-entry, &own, row);
+        let steps = || reduction.steps.iter().zip(&*self.within).enumerate();
+        for (step, (joints, within)) in steps() {
+            let [mut a, mut b, mut c] = [get(x, joints[0]), get(x, joints[1]), get(x, joints[2])];
+            a = times(within[0][0], &a);
+            b = times(within[1][1], &sum_of(-within[0][1], &a, &b));
+            c = sum_of(-within[1][2], &b, &sum_of(-within[0][2], &a, &c));
+            c = times(within[2][2], &c);
+            put(x, *joints, [&a, &b, &c]);
+            for (&column, entries) in reduction.upper.of(step, self.upper) {
+                let x = at_mut(x, column)?;
+                *x = sum_of(-entries[0], &a, x);
+                *x = sum_of(-entries[1], &b, x);
+                *x = sum_of(-entries[2], &c, x);
             }
         }
-        for &branch in reduction.order.iter().rev() {
-            let own = *at(rows, branch)?;
-            for (&column, &factor) in reduction.lower.of(branch, self.lower) {
-                let row = at_mut(rows, column)?;
-                *row = sum_of(-factor, &own, row);
+        for (step, (joints, within)) in steps().rev() {
+            let [mut a, mut b, c] = [get(x, joints[0]), get(x, joints[1]), get(x, joints[2])];
+            b = sum_of(-within[2][1], &c, &b);
+            a = sum_of(-within[1][0], &b, &sum_of(-within[2][0], &c, &a));
+            for (&column, factors) in reduction.lower.of(step, self.lower) {
+                let x = at_mut(x, column)?;
+                *x = sum_of(-factors[0], &a, x);
+                *x = sum_of(-factors[1], &b, x);
+                *x = sum_of(-factors[2], &c, x);
             }
         }
         Ok(())
     }
 }
 
-/// Takes an entry out of a row.
+/// Factors the rows of a step at its own joints, and takes them out of `rows`; returns the largest inverse pivot.
+fn factor_step<S: Scalar>(
+    joints: &[u16; ROWS],
+    rows: &mut [Step<S>],
+    within: &mut Within<S>,
+) -> S {
+    let columns = joints.map(|joint| match rows.get_mut(usize::from(joint)) {
+        Some(column) => core::mem::replace(column, [S::ZERO; LANES]),
+        None => [S::ZERO; LANES],
+    });
+    *within = core::array::from_fn(|row| {
+        core::array::from_fn(|lane| columns.get(lane).map_or(S::ZERO, |column| column[row]))
+    });
+    let mut largest = S::ZERO;
+    for (pivot, &joint) in joints.iter().enumerate() {
+        if usize::from(joint) >= rows.len() {
+            break;
+        }
+        let inverse = S::ONE / within[pivot][pivot];
+        largest = largest.max(inverse.abs());
+        within[pivot][pivot] = inverse;
+        for row in pivot + 1..ROWS {
+            let factor = within[row][pivot] * inverse;
+            within[row][pivot] = factor;
+            for column in pivot + 1..ROWS {
+                within[row][column] =
+                    (-factor).mul_add(within[pivot][column], within[row][column]);
+            }
+        }
+    }
+    largest
+}
+
+/// The row of a joint; zeros if there is none.
 #[inline(always)]
-fn take<S: Scalar>(row: &mut [S], column: u16) -> Result<S, Error> {
-    Ok(core::mem::replace(at_mut(row, column)?, S::ZERO))
+fn get<S: Scalar, const W: usize>(x: &[Block<S, W>], joint: u16) -> Block<S, W> {
+    match x.get(usize::from(joint)) {
+        Some(row) => core::array::from_fn(|lane| row[lane]),
+        None => [S::ZERO; W],
+    }
+}
+
+/// Writes the rows of joints.
+#[inline(always)]
+fn put<S: Scalar, const W: usize>(
+    x: &mut [Block<S, W>],
+    joints: [u16; ROWS],
+    rows: [&Block<S, W>; ROWS],
+) {
+    for (joint, row) in joints.into_iter().zip(rows) {
+        if let Some(place) = x.get_mut(usize::from(joint)) {
+            *place = *row;
+        }
+    }
+}
+
+/// `factor x`.
+#[inline(always)]
+fn times<S: Scalar, const W: usize>(factor: S, x: &Block<S, W>) -> Block<S, W> {
+    core::array::from_fn(|lane| factor * x[lane])
+}
+
+/// Takes what is at a joint out of the rows.
+#[inline(always)]
+fn take<S: Scalar>(rows: &mut [Step<S>], column: u16) -> Result<Step<S>, Error> {
+    Ok(core::mem::replace(at_mut(rows, column)?, [S::ZERO; LANES]))
 }

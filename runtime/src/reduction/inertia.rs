@@ -2,7 +2,10 @@
 //!
 //! Neither M nor the products of N with itself are formed: of M = G + G^T the [sweep](super::sweep) takes G N, and the transposed
 //! [elimination](super::elimination) takes this back to the independent speeds. So H = A + A^T, A = N^T G N, costs some products
-//! for each joint and each entry of L and U, for each independent speed.
+//! for each joint and each entry of L and U, for each independent speed. Where one block holds all of them, N^T is multiplied row
+//! by row: that costs as much there, and loses no digit to numbers that cancel in the elimination.
+//!
+//! p is one more column of N: what it contributes to N^T (f - M p) follows from the same sweep.
 //!
 //! Everything is computed for a block of independent speeds after the other: so a step of a loop works on arrays of a fixed
 //! length, of which the compiler makes vector instructions, and what it reads stays in the first cache.
@@ -32,14 +35,14 @@ const MOST_TO_LINE: usize = LINE / size_of::<f32>() - 1;
 /// Numbers of neighbouring independent speeds.
 pub(super) type Block<S, const W: usize> = [S; W];
 
-/// Numbers of a block of `d` independent speeds.
+/// Numbers of a block of `d` independent speeds, and p.
 const fn width(d: usize) -> usize {
-    if d <= NARROW { NARROW } else { WIDE }
+    if d < NARROW { NARROW } else { WIDE }
 }
 
-/// `d` and what is missing in its last block.
+/// `d`, one for p, and what is missing in the last block.
 const fn padded(d: usize) -> usize {
-    d.next_multiple_of(width(d))
+    (d + 1).next_multiple_of(width(d))
 }
 
 /// N and the factor of H at a state.
@@ -48,7 +51,7 @@ pub(super) struct Inertia<'a, S> {
     /// d, the number of independent speeds.
     independent: usize,
     elimination: Elimination<'a, S>,
-    /// N by block and branch.
+    /// N by block and branch, with p after the last column.
     null_space: &'a mut [S],
     /// G N of a block of speeds, by branch.
     half: &'a mut [S],
@@ -61,6 +64,16 @@ pub(super) struct Inertia<'a, S> {
     momenta: &'a mut [S],
     /// H on and below the diagonal, d x d, and its factor.
     inertia: &'a mut [S],
+    /// N^T (f - M p), d.
+    balance: &'a mut [S],
+}
+
+/// What p follows from and what it changes: what the rows of J have to be, by the order of the elimination, and f in the order
+/// of u. Empty where there is no p.
+#[derive(Clone, Copy)]
+pub(super) struct Bias<'a, S> {
+    pub opening: &'a [S],
+    pub forces: &'a [S],
 }
 
 /// Numbers that [`Inertia`] needs.
@@ -73,6 +86,7 @@ pub(super) const fn inertia_len(sizes: ReductionSizes) -> usize {
         + sweep_len(depth, width(d))
         + 2 * branches
         + d * d
+        + d
 }
 
 impl<'a, S: Scalar> Inertia<'a, S> {
@@ -93,6 +107,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         let sweep = Sweep::of(depth, width(independent), workspace)?;
         let (x, momenta) = (split(workspace, branches)?, split(workspace, branches)?);
         let inertia = split(workspace, independent * independent)?;
+        let balance = split(workspace, independent)?;
         Ok(Self {
             reduction,
             independent,
@@ -104,6 +119,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             x,
             momenta,
             inertia,
+            balance,
         })
     }
 
@@ -118,54 +134,121 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         Ok(Trust::of_pivot(S::ONE / inverse_pivot))
     }
 
-    /// Computes N and H after the elimination; returns whether they can be trusted.
-    pub fn fill(&mut self, terms: &Terms<'_, S>) -> Result<bool, Error> {
+    /// Computes N and H, p and N^T (f - M p) after the elimination; returns whether they can be trusted.
+    pub fn fill(&mut self, terms: &Terms<'_, S>, bias: Bias<'_, S>) -> Result<bool, Error> {
         match width(self.independent) {
-            NARROW => self.fill_blocks::<NARROW>(terms),
-            _ => self.fill_blocks::<WIDE>(terms),
+            NARROW => self.fill_blocks::<NARROW>(terms, bias),
+            _ => self.fill_blocks::<WIDE>(terms, bias),
         }
     }
 
-    fn fill_blocks<const W: usize>(&mut self, terms: &Terms<'_, S>) -> Result<bool, Error> {
-        let Self { reduction, elimination, sweep, null_space, half, inertia, .. } = self;
+    fn fill_blocks<const W: usize>(
+        &mut self,
+        terms: &Terms<'_, S>,
+        bias: Bias<'_, S>,
+    ) -> Result<bool, Error> {
+        let Self { reduction, elimination, sweep, null_space, half, x, inertia, balance, .. } = self;
         let Reduction { branches, independent, .. } = *reduction;
-        let d = independent.len().max(1);
+        let d = independent.len();
         let half = half.as_chunks_mut::<W>().0;
-        let mut largest = [S::ONE; W];
-        let blocks = blocks_mut::<S, W>(null_space, branches.len());
-        for (n, first) in blocks.zip((0..d).step_by(W)) {
+        let is_one_block = d < W;
+        let mut largest = S::ONE;
+        balance.fill(S::ZERO);
+        // The last block has p, which the others need.
+        for (index, n) in blocks_mut::<S, W>(null_space, branches.len()).enumerate().rev() {
+            let first = index * W;
+            let of_p = (d - first < W).then_some(d - first);
             for (k, &branch) in independent.iter().enumerate() {
                 let unit = |lane| if first + lane == k { S::ONE } else { S::ZERO };
                 *at_mut(n, branch)? = core::array::from_fn(unit);
             }
-            elimination.spread(reduction, n)?;
+            let at_p = |value: S| -> Block<S, W> {
+                core::array::from_fn(|lane| if Some(lane) == of_p { value } else { S::ZERO })
+            };
+            elimination.substitute(reduction, n, bias.opening.iter().map(|&value| at_p(value)))?;
+            let mut most = [S::ZERO; W];
             for row in &*n {
-                largest = core::array::from_fn(|lane| largest[lane].max(row[lane].abs()));
+                most = core::array::from_fn(|lane| most[lane].max(row[lane].abs()));
             }
+            largest = most.into_iter().take(d - first).fold(largest, S::max);
             sweep.half(branches, terms, n, half)?;
-            elimination.take_back(reduction, half)?;
-            for (&branch, row) in independent.iter().zip(inertia.chunks_exact_mut(d)) {
-                for (entry, &sum) in row.iter_mut().skip(first).zip(at(half, branch)?) {
+            if let Some(of_p) = of_p {
+                x.iter_mut().zip(&*n).for_each(|(x, row)| *x = row[of_p]);
+            }
+            if !is_one_block {
+                // p^T G N
+                let none = [S::ZERO; W];
+                let sum = x.iter().zip(&*half).fold(none, |sum, (&x, row)| sum_of(x, row, &sum));
+                for (balance, sum) in balance.iter_mut().skip(first).zip(sum) {
+                    *balance -= sum;
+                }
+            }
+            if let Some(of_p) = of_p {
+                // G p becomes G p - f.
+                for (row, branch) in half.iter_mut().zip(branches) {
+                    if let Some(&force) = bias.forces.get(usize::from(branch.joint)) {
+                        row[of_p] -= force;
+                    }
+                }
+            }
+            if is_one_block {
+                let products = products(reduction, n, half)?;
+                for (balance, sum) in balance.iter_mut().zip(products[d]) {
+                    *balance -= sum;
+                }
+                for (&branch, sums) in independent.iter().zip(&products) {
+                    *at_mut(half, branch)? = *sums;
+                }
+            } else {
+                elimination.take_back(reduction, half)?;
+            }
+            let rows = inertia.chunks_exact_mut(d.max(1)).zip(balance.iter_mut());
+            for (&branch, (row, balance)) in independent.iter().zip(rows) {
+                let sums = at(half, branch)?;
+                for (entry, &sum) in row.iter_mut().skip(first).zip(sums) {
                     *entry = sum;
+                }
+                if let Some(of_p) = of_p {
+                    *balance -= sums[of_p];
                 }
             }
         }
-        let largest = S::from_f64(WEIGHT_OF_ENTRY) * largest.into_iter().fold(S::ONE, S::max);
+        let largest = S::from_f64(WEIGHT_OF_ENTRY) * largest;
         mirror(inertia, d)?;
         // Written so that NaN is not trusted.
         Ok(safe::<S>() * largest * largest < S::ONE && factor(inertia, d).is_ok())
     }
 
+    /// p, in the order of u, and N^T (f - M p).
+    pub fn bias(&self, p: &mut [S], balance: &mut [S]) {
+        self.write_x(p);
+        for (place, &own) in balance.iter_mut().zip(&*self.balance) {
+            *place = own;
+        }
+    }
+
+    /// Whether H and N^T (f - M p) are as exact as N.
+    pub fn is_exact(&self) -> bool {
+        self.independent < width(self.independent)
+    }
+
     /// Solves J p = b with zeros for the independent joints, for b by the order of the elimination; writes p in the order
     /// of u.
     pub fn give(&mut self, wanted: &[S], out: &mut [S]) -> Result<(), Error> {
-        self.elimination.solve(&self.reduction, wanted, self.x)?;
+        self.x.fill(S::ZERO);
+        let wanted = wanted.iter().map(|&value| [value]);
+        self.elimination.substitute(&self.reduction, self.x.as_chunks_mut().0, wanted)?;
+        self.write_x(out);
+        Ok(())
+    }
+
+    /// Writes x in the order of u.
+    fn write_x(&self, out: &mut [S]) {
         for (&x, branch) in self.x.iter().zip(self.reduction.branches) {
             if let Some(place) = out.get_mut(usize::from(branch.joint)) {
                 *place = x;
             }
         }
-        Ok(())
     }
 
     /// The row of N of a joint, by its place in u.
@@ -273,7 +356,7 @@ fn blocks<S, const W: usize>(
 fn blocks_mut<S, const W: usize>(
     matrix: &mut [S],
     branches: usize,
-) -> impl Iterator<Item = &mut [Block<S, W>]> {
+) -> impl DoubleEndedIterator<Item = &mut [Block<S, W>]> + ExactSizeIterator {
     matrix.as_chunks_mut().0.chunks_exact_mut(branches.max(1))
 }
 
@@ -324,6 +407,36 @@ fn mirror<S: Scalar>(a: &mut [S], d: usize) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Rows of a tile of [`products`]: its sums stay in the registers of a processor.
+const TILE: usize = 4;
+
+/// N^T B, for N and B by branch, and the same of what follows the last column of N.
+fn products<S: Scalar, const W: usize>(
+    reduction: &Reduction<'_, S>,
+    n: &[Block<S, W>],
+    b: &[Block<S, W>],
+) -> Result<[Block<S, W>; W], Error> {
+    let mut products = [[S::ZERO; W]; W];
+    for (sums, &branch) in products.iter_mut().zip(reduction.independent) {
+        *sums = *at(b, branch)?;
+    }
+    let count = reduction.independent.len() + 1;
+    let tiles = products.as_chunks_mut::<TILE>().0.iter_mut().take(count.div_ceil(TILE));
+    for (tile, sums) in tiles.enumerate() {
+        let mut found = *sums;
+        for &branch in reduction.steps.as_flattened() {
+            if let Some((n, b)) = n.get(usize::from(branch)).zip(b.get(usize::from(branch))) {
+                let n = &n.as_chunks::<TILE>().0[tile];
+                for (sum, &factor) in found.iter_mut().zip(n) {
+                    *sum = sum_of(factor, b, sum);
+                }
+            }
+        }
+        *sums = found;
+    }
+    Ok(products)
 }
 
 /// N^T x, for x by branch.

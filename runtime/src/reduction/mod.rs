@@ -21,10 +21,10 @@ mod inertia;
 mod pattern;
 mod sweep;
 
-pub use pattern::{Branch, Reduction, ReductionParts, ReductionSizes, Rows};
+pub use pattern::{Branch, ROWS, Reduction, ReductionParts, ReductionSizes, Rows};
 
 use driven::{Driven, Met, driven_len};
-use inertia::{Inertia, inertia_len};
+use inertia::{Bias, Inertia, inertia_len};
 use sweep::PARTS;
 
 use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
@@ -96,16 +96,19 @@ fn reduced<Y: Mechanism>(
     let mut inertia = Inertia::of(reduction, sizes, workspace)?;
     reduction.parts.write_acceleration((t, q, u), terms.write(), opening, forces)?;
     let trust = inertia.eliminate(&terms)?;
-    if trust == Trust::Doubtful || !inertia.fill(&terms)? {
+    if trust == Trust::Doubtful || !inertia.fill(&terms, Bias { opening, forces })? {
         return Ok((Trust::Doubtful, 0));
     }
-    inertia.give(opening, out)?;
+    inertia.bias(out, a);
     if let Some(torques) = &mut torques {
         torques.fill(Y::Scalar::ZERO);
     }
     // What the factor of H has lost by rounding shows in the imbalance that is left.
-    for met in [Met::Here, Met::Elsewhere] {
-        inertia.imbalance(&terms, (forces, out), a)?;
+    let passes: &[Met] = if inertia.is_exact() { &[Met::Here] } else { &[Met::Here, Met::Elsewhere] };
+    for &met in passes {
+        if met == Met::Elsewhere {
+            inertia.imbalance(&terms, (forces, out), a)?;
+        }
         driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
             Some(&found) => drive.acceleration - found,
             None => drive.acceleration,
@@ -203,7 +206,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         let trust = match self.known {
             Some(trust) => trust,
             None if eliminated == Trust::Doubtful => return Ok(eliminated),
-            None if self.inertia.fill(&self.terms)? => eliminated,
+            None if self.inertia.fill(&self.terms, Bias { opening: &[], forces: &[] })? => eliminated,
             None => return Ok(Trust::Doubtful),
         };
         self.known = Some(trust);

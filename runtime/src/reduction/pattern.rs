@@ -5,6 +5,9 @@ use core::ops::Range;
 use crate::Error;
 use crate::plumbing::ReductionMut;
 
+/// Rows of J that a step of the elimination takes, at most: a vertex of a sheet has three.
+pub const ROWS: usize = 3;
+
 /// How the speeds of a mechanism follow from those of its independent joints: the same at every state.
 ///
 /// Joints are given by their place in `branches`.
@@ -14,13 +17,16 @@ pub struct Reduction<'a, S> {
     pub branches: &'a [Branch],
     /// The joints whose speeds are independent.
     pub independent: &'a [u16],
-    /// The other joints, in the order in which their speeds are eliminated.
-    pub order: &'a [u16],
-    /// The joints that move what closes a loop, for the row of J that determines the joint of a row here.
+    /// The other joints, in the order in which their speeds are eliminated: each step takes rows of one loop, which determine
+    /// these joints. `u16::MAX` where it has fewer rows.
+    pub steps: &'a [[u16; ROWS]],
+    /// For each joint, the place of its row among those of all steps; `u16::MAX` for independent joints.
+    pub places: &'a [u16],
+    /// By joint, the joints that move what closes a loop, for the row of J that determines this joint.
     pub closure: Rows<'a>,
-    /// L: the joints before it, and the independent ones, that are eliminated from the row of J of a joint.
+    /// L by step: the joints before it, and the independent ones, that are eliminated from its rows of J.
     pub lower: Rows<'a>,
-    /// U: the joints after it that are left in the row of J of a joint.
+    /// U by step: the joints after it that are left in its rows of J.
     pub upper: Rows<'a>,
     /// Whether it is for driven joints, and for those at stops, only: straight-line code solves where there are none.
     pub is_for_driven: bool,
@@ -28,7 +34,7 @@ pub struct Reduction<'a, S> {
     pub parts: &'a dyn ReductionParts<S>,
 }
 
-/// Where a sparse matrix has entries. Each joint has a row; those of independent joints are empty.
+/// Where the rows of a sparse matrix have entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rows<'a> {
     /// The end of each row in `columns`.
@@ -40,35 +46,34 @@ pub struct Rows<'a> {
 impl<'a> Rows<'a> {
     /// The joints of a row, and its entries.
     #[inline(always)]
-    pub(super) fn of<S>(
+    pub(super) fn of<T>(
         &self,
-        branch: u16,
-        entries: &'a [S],
-    ) -> impl DoubleEndedIterator<Item = (&'a u16, &'a S)> {
-        let range = self.range(branch);
+        row: usize,
+        entries: &'a [T],
+    ) -> impl DoubleEndedIterator<Item = (&'a u16, &'a T)> {
+        let range = self.range(row);
         let columns = self.columns.get(range.clone()).unwrap_or_default();
         columns.iter().zip(entries.get(range).unwrap_or_default())
     }
 
     /// As [`of`](Self::of), to write to.
     #[inline(always)]
-    pub(super) fn of_mut<'s, S>(
+    pub(super) fn of_mut<'s, T>(
         &self,
-        branch: u16,
-        entries: &'s mut [S],
-    ) -> impl Iterator<Item = (&'s u16, &'s mut S)>
+        row: usize,
+        entries: &'s mut [T],
+    ) -> impl Iterator<Item = (&'s u16, &'s mut T)>
     where
         'a: 's,
     {
-        let range = self.range(branch);
+        let range = self.range(row);
         let columns = self.columns.get(range.clone()).unwrap_or_default();
         columns.iter().zip(entries.get_mut(range).unwrap_or_default())
     }
 
     #[inline(always)]
-    fn range(&self, branch: u16) -> Range<usize> {
+    fn range(&self, row: usize) -> Range<usize> {
         let end = |row: usize| self.ends.get(row).map_or(0, |&end| end as usize);
-        let row = usize::from(branch);
         row.checked_sub(1).map_or(0, end)..end(row)
     }
 }
@@ -138,6 +143,8 @@ pub struct ReductionSizes {
     pub depth: usize,
     /// Independent joints.
     pub independent: usize,
+    /// Steps of the elimination.
+    pub steps: usize,
     /// Entries of [`Reduction::closure`].
     pub closure: usize,
     /// Entries of [`Reduction::lower`].
@@ -149,7 +156,7 @@ pub struct ReductionSizes {
 impl ReductionSizes {
     /// Those of mechanisms that have no reduction.
     pub const NONE: Self =
-        Self { branches: 0, depth: 0, independent: 0, closure: 0, lower: 0, upper: 0 };
+        Self { branches: 0, depth: 0, independent: 0, steps: 0, closure: 0, lower: 0, upper: 0 };
 
     /// Dependent joints: the rows of J that are needed.
     #[must_use]

@@ -63,17 +63,27 @@ impl<'a, S: Scalar> Sweep<'a, S> {
         let none = [[S::ZERO; W]; PARTS];
         let velocities: &mut [Parts<Block<S, W>>] =
             self.velocities.as_chunks_mut().0.as_chunks_mut().0;
+        let mut next = branches.iter().skip(1);
         for (((branch, joint), x), out) in branches.iter().zip(joints(terms)).zip(x).zip(out) {
+            let is_last = next.next().is_none_or(|next| next.depth <= branch.depth);
+            if is_last && joint.momentum.iter().all(|&part| part == S::ZERO) {
+                // Nothing moves with a hinge that closes a loop.
+                *out = x.map(|x| half * joint.rotor * x);
+                continue;
+            }
             let (above, own) = split_at(velocities, branch.depth.into())?;
             let above = above.last().unwrap_or(&none);
             let own_share = half * (product(joint.momentum, joint.axis) + joint.rotor);
             let mut sum = x.map(|x| own_share * x);
-            let parts = joint.axis.iter().zip(joint.momentum).zip(above);
-            for (((&s, &f), above), own) in parts.zip(own) {
+            for (&f, above) in joint.momentum.iter().zip(above) {
                 sum = sum_of(f, above, &sum);
-                *own = sum_of(s, x, above);
             }
             *out = sum;
+            if !is_last {
+                for ((&s, above), own) in joint.axis.iter().zip(above).zip(own) {
+                    *own = sum_of(s, x, above);
+                }
+            }
         }
         Ok(())
     }

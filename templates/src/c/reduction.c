@@ -14,87 +14,144 @@
  *     (G x)_i = F_i . (V_parent + s_i x_i / 2) + rotor_i x_i / 2,  V_i = V_parent + s_i x_i
  *     (M x)_i = F_i . V_i + s_i . P_i + rotor_i x_i,  P_i = sum_beyond F_j x_j
  *
- * The same as in runtime/src/reduction/. */
+ * where a step takes the rows of one loop, as if each had entries where one of them has. The same as in
+ * runtime/src/reduction/. */
 #include "algorithms.h"
 
-/* The first entry of the row of a joint. */
-static int first_of(const int *ends, int branch)
+/* The first entry of a row. */
+static int first_of(const int *ends, int row)
 {
-    return branch > 0 ? ends[branch - 1] : 0;
+    return row > 0 ? ends[row - 1] : 0;
+}
+
+/* The number of rows that a step takes. */
+static int rows_of(int step)
+{
+    int rows = 0;
+    while (rows < ROWS_OF_STEP && step_branches[step][rows] < BRANCHES)
+        rows++;
+    return rows;
+}
+
+/* Takes the joint of a row of a step out of the rows of a later one; their entries for it become those of L. */
+static void take_out(const struct reduction *reduction, int step, int row,
+    real rows[BRANCHES][ROWS_OF_STEP], real factors[ROWS_OF_STEP])
+{
+    for (int i = 0; i < ROWS_OF_STEP; i++)
+        factors[i] *= reduction->within[step][row][row];
+    for (int after = row + 1; after < rows_of(step); after++)
+        add_scaled(rows[step_branches[step][after]], -reduction->within[step][row][after], factors,
+            ROWS_OF_STEP);
+    for (int k = first_of(upper_ends, step); k < upper_ends[step]; k++)
+        add_scaled(rows[upper_columns[k]], -reduction->upper[k][row], factors, ROWS_OF_STEP);
+}
+
+/* L, U and the inverse pivots of the rows of a step at its own joints; the largest inverse pivot. */
+static real factor_step(int step, real rows[BRANCHES][ROWS_OF_STEP],
+    real within[ROWS_OF_STEP][ROWS_OF_STEP])
+{
+    real largest = 0;
+    fill(&within[0][0], 0, ROWS_OF_STEP * ROWS_OF_STEP);
+    for (int i = 0; i < rows_of(step); i++) {
+        real *column = rows[step_branches[step][i]];
+        for (int row = 0; row < ROWS_OF_STEP; row++)
+            within[row][i] = column[row];
+        fill(column, 0, ROWS_OF_STEP);
+    }
+    for (int pivot = 0; pivot < rows_of(step); pivot++) {
+        within[pivot][pivot] = 1 / within[pivot][pivot];
+        largest = larger(largest, magnitude(within[pivot][pivot]));
+        for (int row = pivot + 1; row < ROWS_OF_STEP; row++) {
+            within[row][pivot] *= within[pivot][pivot];
+            for (int i = pivot + 1; i < ROWS_OF_STEP; i++)
+                within[row][i] -= within[row][pivot] * within[pivot][i];
+        }
+    }
+    return largest;
 }
 
 /* Computes L, U and the pivots of the rows of J; the largest inverse pivot. */
 static real eliminate(struct reduction *reduction)
 {
-    real row[BRANCHES], largest = 0;
-    fill(row, 0, BRANCHES);
-    fill(reduction->inverse, 1, BRANCHES);
-    for (int i = 0; i < DEPENDENT; i++) {
-        const int branch = dependent_branches[i];
-        for (int k = first_of(closure_ends, branch); k < closure_ends[branch]; k++)
-            row[closure_columns[k]] = reduction->closure[k];
-        for (int k = first_of(lower_ends, branch); k < lower_ends[branch]; k++) {
-            const int before = lower_columns[k];
-            const real factor = row[before] * reduction->inverse[before];
-            reduction->lower[k] = factor;
-            row[before] = 0;
-            for (int j = first_of(upper_ends, before); j < upper_ends[before]; j++)
-                row[upper_columns[j]] -= factor * reduction->upper[j];
+    real rows[BRANCHES][ROWS_OF_STEP], largest = 0;
+    fill(&rows[0][0], 0, BRANCHES * ROWS_OF_STEP);
+    for (int step = 0; step < STEPS; step++) {
+        for (int row = 0; row < rows_of(step); row++) {
+            const int branch = step_branches[step][row];
+            for (int k = first_of(closure_ends, branch); k < closure_ends[branch]; k++)
+                rows[closure_columns[k]][row] = reduction->closure[k];
         }
-        reduction->inverse[branch] = 1 / row[branch];
-        row[branch] = 0;
-        largest = larger(largest, magnitude(reduction->inverse[branch]));
-        for (int k = first_of(upper_ends, branch); k < upper_ends[branch]; k++) {
-            reduction->upper[k] = row[upper_columns[k]];
-            row[upper_columns[k]] = 0;
+        for (int k = first_of(lower_ends, step); k < lower_ends[step]; k++) {
+            real *column = rows[lower_columns[k]];
+            const int place = row_places[lower_columns[k]];
+            copy(reduction->lower[k], column, ROWS_OF_STEP);
+            fill(column, 0, ROWS_OF_STEP);
+            if (place < ROWS_OF_STEP * STEPS)
+                take_out(reduction, place / ROWS_OF_STEP, place % ROWS_OF_STEP, rows,
+                    reduction->lower[k]);
+        }
+        largest = larger(largest, factor_step(step, rows, reduction->within[step]));
+        for (int k = first_of(upper_ends, step); k < upper_ends[step]; k++) {
+            real *entries = rows[upper_columns[k]];
+            for (int row = 1; row < ROWS_OF_STEP; row++)
+                entries[row] -= dot(reduction->within[step][row], entries, row);
+            copy(reduction->upper[k], entries, ROWS_OF_STEP);
+            fill(entries, 0, ROWS_OF_STEP);
         }
     }
     return largest;
+}
+
+/* Rows of x, each of some numbers, become for dependent joints those with J x = b, where they were b; those of the
+ * independent ones are given. */
+static void substitute(const struct reduction *reduction, real *x, int columns)
+{
+    for (int step = 0; step < STEPS; step++) {
+        for (int row = 0; row < rows_of(step); row++) {
+            real *own = x + columns * step_branches[step][row];
+            for (int k = first_of(lower_ends, step); k < lower_ends[step]; k++)
+                add_scaled(own, -reduction->lower[k][row], x + columns * lower_columns[k], columns);
+            for (int before = 0; before < row; before++)
+                add_scaled(own, -reduction->within[step][row][before],
+                    x + columns * step_branches[step][before], columns);
+        }
+    }
+    for (int step = STEPS - 1; step >= 0; step--) {
+        for (int row = rows_of(step) - 1; row >= 0; row--) {
+            real *own = x + columns * step_branches[step][row];
+            for (int k = first_of(upper_ends, step); k < upper_ends[step]; k++)
+                add_scaled(own, -reduction->upper[k][row], x + columns * upper_columns[k], columns);
+            for (int after = row + 1; after < rows_of(step); after++)
+                add_scaled(own, -reduction->within[step][row][after],
+                    x + columns * step_branches[step][after], columns);
+            for (int i = 0; i < columns; i++)
+                own[i] *= reduction->within[step][row][row];
+        }
+    }
 }
 
 /* Fills N; the magnitude of its largest entry. */
 static real spread(struct reduction *reduction)
 {
-    real largest = 1;
-    fill(&reduction->null_space[0][0], 0, BRANCHES * INDEPENDENT);
+    real *null_space = &reduction->null_space[0][0];
+    fill(null_space, 0, BRANCHES * INDEPENDENT);
     for (int i = 0; i < INDEPENDENT; i++)
         reduction->null_space[independent_branches[i]][i] = 1;
-    for (int i = 0; i < DEPENDENT; i++) {
-        const int branch = dependent_branches[i];
-        for (int k = first_of(lower_ends, branch); k < lower_ends[branch]; k++)
-            add_scaled(reduction->null_space[branch], -reduction->lower[k],
-                reduction->null_space[lower_columns[k]], INDEPENDENT);
-    }
-    for (int i = DEPENDENT - 1; i >= 0; i--) {
-        const int branch = dependent_branches[i];
-        real *row = reduction->null_space[branch];
-        for (int k = first_of(upper_ends, branch); k < upper_ends[branch]; k++)
-            add_scaled(row, -reduction->upper[k], reduction->null_space[upper_columns[k]], INDEPENDENT);
-        for (int j = 0; j < INDEPENDENT; j++)
-            row[j] *= reduction->inverse[branch];
-        largest = larger(largest, largest_magnitude(row, INDEPENDENT));
-    }
-    return largest;
+    substitute(reduction, null_space, INDEPENDENT);
+    return largest_magnitude(null_space, BRANCHES * INDEPENDENT);
 }
 
 /* x with zeros for the independent joints, by the order of u, for b by the order of the elimination. */
 static void solve_dependent(const struct reduction *reduction, const real *wanted, real *x)
 {
-    fill(x, 0, SPEEDS);
-    for (int i = 0; i < DEPENDENT; i++) {
-        const int branch = dependent_branches[i];
-        real sum = wanted[i];
-        for (int k = first_of(lower_ends, branch); k < lower_ends[branch]; k++)
-            sum -= reduction->lower[k] * x[branch_joints[lower_columns[k]]];
-        x[branch_joints[branch]] = sum;
-    }
-    for (int i = DEPENDENT - 1; i >= 0; i--) {
-        const int branch = dependent_branches[i];
-        real sum = x[branch_joints[branch]];
-        for (int k = first_of(upper_ends, branch); k < upper_ends[branch]; k++)
-            sum -= reduction->upper[k] * x[branch_joints[upper_columns[k]]];
-        x[branch_joints[branch]] = sum * reduction->inverse[branch];
-    }
+    real of_branches[BRANCHES];
+    fill(of_branches, 0, BRANCHES);
+    for (int step = 0; step < STEPS; step++)
+        for (int row = 0; row < rows_of(step); row++)
+            of_branches[step_branches[step][row]] = *wanted++;
+    substitute(reduction, of_branches, 1);
+    for (int branch = 0; branch < BRANCHES; branch++)
+        x[branch_joints[branch]] = of_branches[branch];
 }
 
 /* Fills G N. */
@@ -124,18 +181,27 @@ static void sweep(struct reduction *reduction)
 /* Rows of the joints become, for independent ones, the sums over all joints of N. */
 static void take_back(const struct reduction *reduction, real rows[BRANCHES][INDEPENDENT])
 {
-    for (int i = 0; i < DEPENDENT; i++) {
-        const int branch = dependent_branches[i];
-        real *row = rows[branch];
-        for (int j = 0; j < INDEPENDENT; j++)
-            row[j] *= reduction->inverse[branch];
-        for (int k = first_of(upper_ends, branch); k < upper_ends[branch]; k++)
-            add_scaled(rows[upper_columns[k]], -reduction->upper[k], row, INDEPENDENT);
+    for (int step = 0; step < STEPS; step++) {
+        for (int row = 0; row < rows_of(step); row++) {
+            real *own = rows[step_branches[step][row]];
+            for (int j = 0; j < INDEPENDENT; j++)
+                own[j] *= reduction->within[step][row][row];
+            for (int after = row + 1; after < rows_of(step); after++)
+                add_scaled(rows[step_branches[step][after]], -reduction->within[step][row][after], own,
+                    INDEPENDENT);
+            for (int k = first_of(upper_ends, step); k < upper_ends[step]; k++)
+                add_scaled(rows[upper_columns[k]], -reduction->upper[k][row], own, INDEPENDENT);
+        }
     }
-    for (int i = DEPENDENT - 1; i >= 0; i--) {
-        const int branch = dependent_branches[i];
-        for (int k = first_of(lower_ends, branch); k < lower_ends[branch]; k++)
-            add_scaled(rows[lower_columns[k]], -reduction->lower[k], rows[branch], INDEPENDENT);
+    for (int step = STEPS - 1; step >= 0; step--) {
+        for (int row = rows_of(step) - 1; row >= 0; row--) {
+            const real *own = rows[step_branches[step][row]];
+            for (int before = 0; before < row; before++)
+                add_scaled(rows[step_branches[step][before]], -reduction->within[step][row][before], own,
+                    INDEPENDENT);
+            for (int k = first_of(lower_ends, step); k < lower_ends[step]; k++)
+                add_scaled(rows[lower_columns[k]], -reduction->lower[k][row], own, INDEPENDENT);
+        }
     }
 }
 

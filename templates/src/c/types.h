@@ -51,8 +51,8 @@ struct reduction {
     real momenta[BRANCHES][parts]; /* F: moment and force */
     real rotors[BRANCHES];
     real closure[CLOSURE_ENTRIES]; /* rows of J over their loops' lengths */
-    real lower[LOWER_ENTRIES + 1], upper[UPPER_ENTRIES + 1]; /* L and U */
-    real inverse[BRANCHES]; /* 1 / pivot; 1 for independent joints */
+    real lower[LOWER_ENTRIES + 1][ROWS_OF_STEP], upper[UPPER_ENTRIES + 1][ROWS_OF_STEP]; /* L and U */
+    real within[STEPS][ROWS_OF_STEP][ROWS_OF_STEP]; /* the same at the step's own joints, with 1 / pivot */
     real pivot; /* the smallest */
     real null_space[BRANCHES][INDEPENDENT]; /* N */
     real half[BRANCHES][INDEPENDENT]; /* G N, where M = G + G^T */

@@ -137,10 +137,11 @@ void projection_of(const real *q, const real *u, const parameters *p, real *resi
 const unsigned short branch_joints[BRANCHES] = { 0, 1, 2 };
 const unsigned short branch_depths[BRANCHES] = { 0, 1, 2 };
 const unsigned short independent_branches[INDEPENDENT] = { 0 };
-const unsigned short dependent_branches[DEPENDENT] = { 1, 2 };
+const unsigned short step_branches[STEPS][ROWS_OF_STEP] = { { 1, 65535, 65535 }, { 2, 65535, 65535 } };
+const unsigned short row_places[BRANCHES] = { 65535, 0, 3 };
 const int closure_ends[BRANCHES] = { 0, 3, 6 };
-const int lower_ends[BRANCHES] = { 0, 1, 3 };
-const int upper_ends[BRANCHES] = { 0, 1, 1 };
+const int lower_ends[STEPS] = { 1, 3 };
+const int upper_ends[STEPS] = { 1, 1 };
 const unsigned short closure_columns[CLOSURE_ENTRIES + 1] = { 0, 1, 2, 0, 1, 2, 0 };
 const unsigned short lower_columns[LOWER_ENTRIES + 1] = { 0, 0, 1, 0 };
 const unsigned short upper_columns[UPPER_ENTRIES + 1] = { 2, 0 };

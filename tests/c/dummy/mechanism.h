@@ -111,13 +111,15 @@ void drives_of(real t, const parameters *p, const inputs *in, real *drive);
 #define DEPTH 3
 #define INDEPENDENT 1
 #define DEPENDENT 2
+#define STEPS 2
+#define ROWS_OF_STEP 3
 #define CLOSURE_ENTRIES 6
 #define LOWER_ENTRIES 3
 #define UPPER_ENTRIES 1
 extern const unsigned short branch_joints[BRANCHES], branch_depths[BRANCHES];
 extern const unsigned short independent_branches[INDEPENDENT];
-extern const unsigned short dependent_branches[DEPENDENT];
-extern const int closure_ends[BRANCHES], lower_ends[BRANCHES], upper_ends[BRANCHES];
+extern const unsigned short step_branches[STEPS][ROWS_OF_STEP], row_places[BRANCHES];
+extern const int closure_ends[BRANCHES], lower_ends[STEPS], upper_ends[STEPS];
 extern const unsigned short closure_columns[CLOSURE_ENTRIES + 1], lower_columns[LOWER_ENTRIES + 1];
 extern const unsigned short upper_columns[UPPER_ENTRIES + 1];
 void reduction_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *axes,

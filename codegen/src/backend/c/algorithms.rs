@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 
 use lamc_runtime::constants::Constant;
+use lamc_runtime::plumbing::ROWS;
 use lamc_templates::c;
 use serde::Serialize;
 use tera::Context;
@@ -48,7 +49,10 @@ struct Pattern<'a> {
     branch_joints: Vec<u16>,
     branch_depths: Vec<u16>,
     independent_branches: &'a [u16],
-    order: &'a [u16],
+    dependent: usize,
+    rows_of_step: usize,
+    steps: Vec<[u16; ROWS]>,
+    places: Vec<u16>,
     closure: &'a SparseRows,
     lower: &'a SparseRows,
     upper: &'a SparseRows,
@@ -62,7 +66,10 @@ impl<'a> Pattern<'a> {
             branch_joints,
             branch_depths,
             independent_branches: &reduction.independent,
-            order: &reduction.order,
+            dependent: reduction.dependent().count(),
+            rows_of_step: ROWS,
+            steps: reduction.padded_steps(),
+            places: reduction.places(),
             closure: &reduction.closure,
             lower: &reduction.lower,
             upper: &reduction.upper,

@@ -12,10 +12,11 @@ pub fn sizes(program: &Program) -> TokenStream {
     let Some(reduction) = program.reduction() else {
         return quote!(::lamc_runtime::plumbing::ReductionSizes::NONE);
     };
-    let [branches, depth, independent, closure, lower, upper] = [
+    let [branches, depth, independent, steps, closure, lower, upper] = [
         reduction.branches.len(),
         reduction.depth(),
         reduction.independent.len(),
+        reduction.steps.len(),
         reduction.closure.columns.len(),
         reduction.lower.columns.len(),
         reduction.upper.columns.len(),
@@ -23,8 +24,8 @@ pub fn sizes(program: &Program) -> TokenStream {
     .map(number);
     quote! {
         ::lamc_runtime::plumbing::ReductionSizes {
-            branches: #branches, depth: #depth, independent: #independent, closure: #closure,
-            lower: #lower, upper: #upper,
+            branches: #branches, depth: #depth, independent: #independent, steps: #steps,
+            closure: #closure, lower: #lower, upper: #upper,
         }
     }
 }
@@ -47,7 +48,8 @@ pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
         quote!(Rows { ends: &[#(#ends),*], columns: &#columns })
     };
     let [closure, lower, upper] = [&info.closure, &info.lower, &info.upper].map(rows);
-    let [independent, order] = [&info.independent, &info.order].map(|values| numbers(values));
+    let [independent, places] = [&info.independent, &info.places()].map(|values| numbers(values));
+    let steps = info.padded_steps().into_iter().map(|joints| numbers(&joints));
     let count = number(info.branches.len());
     quote! {
         fn reduction(
@@ -59,8 +61,9 @@ pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
             const LOWER: Rows = #lower;
             const UPPER: Rows = #upper;
             Some(Reduction {
-                branches: &BRANCHES, independent: &#independent, order: &#order, closure: CLOSURE,
-                lower: LOWER, upper: UPPER, is_for_driven: #is_for_driven, parts: self,
+                branches: &BRANCHES, independent: &#independent, steps: &[#(#steps),*],
+                places: &#places, closure: CLOSURE, lower: LOWER, upper: UPPER,
+                is_for_driven: #is_for_driven, parts: self,
             })
         }
     }

@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use super::sparsity::{Row, Sparsity};
+use super::sparsity::{Row, Sparsity, Step};
 use super::{Imbalance, Phases};
 use crate::kane::binder::Binder;
 use crate::kane::closure::Closure;
@@ -62,7 +62,7 @@ impl Parts {
                 let name = format!("{what}_row{}", pivot.row);
                 binder.bind(section, name, &scale * &values[pivot.row])
             };
-            sparsity.0.iter().map(value).collect()
+            sparsity.rows().map(value).collect()
         };
         Self {
             opening: of_rows(Phase::ClosureBias, "opening", &closure.gamma, -1.0),
@@ -120,18 +120,17 @@ impl Places {
     /// Returns rows of some joints, in the order of the tree.
     fn rows<'r>(&self, sparsity: &'r Sparsity) -> Vec<Option<&'r Row>> {
         let mut rows = vec![None; self.0.len()];
-        for row in &sparsity.0 {
+        for row in sparsity.rows() {
             rows[usize::from(self.of(row.pivot.joint))] = Some(row);
         }
         rows
     }
 
-    /// Returns the entries of each row.
-    fn sparse(&self, sparsity: &Sparsity, columns: fn(&Row) -> &[JointId]) -> SparseRows {
+    /// Returns where each of some rows has entries.
+    fn sparse<'r>(&self, rows: impl Iterator<Item = &'r [JointId]>) -> SparseRows {
         let mut sparse = SparseRows::default();
-        for row in self.rows(sparsity) {
-            let columns = row.map(columns).unwrap_or_default().iter();
-            sparse.columns.extend(columns.map(|&joint| self.of(joint)));
+        for row in rows {
+            sparse.columns.extend(row.iter().map(|&joint| self.of(joint)));
             sparse.ends.push(sparse.columns.len() as u32);
         }
         sparse
@@ -150,13 +149,16 @@ fn pattern(
         joints[usize::from(place)] = short(joint);
     }
     let depths = order.iter().map(|(_, depth)| short(*depth));
+    let rows = places.rows(sparsity);
+    let of_joints = rows.iter().map(|row| row.map(|row| row.closure.as_slice()).unwrap_or_default());
+    let step = |step: &Step| step.rows.iter().map(|row| places.of(row.pivot.joint)).collect();
     ReductionInfo {
         branches: joints.into_iter().zip(depths).collect(),
         independent: reduction.independent.iter().map(|joint| places.of(*joint)).collect(),
-        order: sparsity.0.iter().map(|row| places.of(row.pivot.joint)).collect(),
-        closure: places.sparse(sparsity, |row| &row.closure),
-        lower: places.sparse(sparsity, |row| &row.lower),
-        upper: places.sparse(sparsity, |row| &row.upper),
+        steps: sparsity.0.iter().map(step).collect(),
+        closure: places.sparse(of_joints),
+        lower: places.sparse(sparsity.0.iter().map(|step| step.lower.as_slice())),
+        upper: places.sparse(sparsity.0.iter().map(|step| step.upper.as_slice())),
     }
 }
 

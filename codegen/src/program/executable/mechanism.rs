@@ -38,6 +38,7 @@ impl<E: Engine> Mechanism for Executable<E> {
                     branches: reduction.branches.len(),
                     depth: reduction.depth(),
                     independent: reduction.independent.len(),
+                    steps: reduction.steps.len(),
                     closure: reduction.closure.columns.len(),
                     lower: reduction.lower.columns.len(),
                     upper: reduction.upper.columns.len(),
@@ -211,7 +212,8 @@ impl<E: Engine> Mechanism for Executable<E> {
         Some(Reduction {
             branches: &self.branches,
             independent: &reduction.independent,
-            order: &reduction.order,
+            steps: &self.steps,
+            places: &self.places,
             closure: rows(&reduction.closure),
             lower: rows(&reduction.lower),
             upper: rows(&reduction.upper),

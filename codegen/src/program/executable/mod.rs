@@ -4,12 +4,12 @@
 mod controlled;
 mod mechanism;
 
-use lamc_runtime::plumbing::{Branch, Margin};
+use lamc_runtime::plumbing::{Branch, Margin, ROWS};
 use lamc_runtime::{Change, Error};
 
 use super::argument::Argument;
 use super::engine::{Engine, UnknownName};
-use super::ir::{Interface, Program, Slot};
+use super::ir::{Interface, Program, ReductionInfo, Slot};
 use super::signature::FunctionKind;
 
 /// Outputs of a function that solves, with its margin: those of the Jacobian are most.
@@ -27,6 +27,9 @@ pub struct Executable<E> {
     drawing: Vec<f64>,
     inputs: Vec<f64>,
     branches: Vec<Branch>,
+    /// Of the reduction, as `places`.
+    steps: Vec<[u16; ROWS]>,
+    places: Vec<u16>,
 }
 
 /// The arguments of a function; those that it does not read may be empty.
@@ -46,8 +49,8 @@ impl<E: Engine> Executable<E> {
     pub fn new(program: &Program) -> Self {
         let interface = program.interface.clone();
         let written = program.functions.iter().filter(|function| !function.outputs.is_empty());
-        let reduction = interface.reduction.iter();
-        let branches = reduction.flat_map(|reduction| &reduction.branches);
+        let reduction = interface.reduction.as_ref();
+        let branches = reduction.into_iter().flat_map(|reduction| &reduction.branches);
         let mut executable = Self {
             functions: written.map(|function| function.kind).collect(),
             engine: E::new(program),
@@ -55,6 +58,8 @@ impl<E: Engine> Executable<E> {
             drawing: vec![0.0; interface.drawn],
             inputs: vec![0.0; interface.inputs.len()],
             branches: branches.map(|&(joint, depth)| Branch { joint, depth }).collect(),
+            steps: reduction.map(ReductionInfo::padded_steps).unwrap_or_default(),
+            places: reduction.map(ReductionInfo::places).unwrap_or_default(),
             interface,
         };
         executable.draw();

@@ -115,7 +115,7 @@ fn each() -> impl Serialize {
         reduction: Some(ReductionInfo {
             branches: vec![(0, 1)],
             independent: vec![2],
-            order: vec![3],
+            steps: vec![vec![3]],
             closure: SparseRows { ends: vec![4], columns: vec![5] },
             lower: SparseRows { ends: vec![6], columns: vec![7] },
             upper: SparseRows { ends: vec![8], columns: vec![9] },
@@ -132,7 +132,7 @@ fn each() -> impl Serialize {
 fn the_version_is_raised_with_the_types() {
     let bytes = FORMAT.write(&each(), &[]);
     let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!((FORMAT_VERSION, &hash[..16]), (9, "48d2aa717d7800f5"));
+    assert_eq!((FORMAT_VERSION, &hash[..16]), (10, "48d2aa717d7800f5"));
 }
 
 #[test]
