@@ -18,8 +18,10 @@ HERE = Path(__file__).parent
 WORKSPACE = HERE.parent.parent
 WORK = WORKSPACE / "target" / "peers"
 EIGEN = Path("/usr/include/eigen3")
-# Proximal iterations of Pinocchio at most.
+# Proximal iterations of Pinocchio at most, and the weights of the proximal term that its algorithms may have: with a greater one
+# lcaba loses fewer digits to rounding, and needs more iterations.
 ITERATIONS = 20
+WEIGHTS = {"constraintDynamics": (1e-6,), "lcaba": (1e-1, 1.0, 10.0), "aba": (1e-6,)}
 # Loops up to which programs are compared that have full matrices of all loops: constraintDynamics and MuJoCo, whose times grow
 # as the third power of their number; and up to which lcaba is, whose memory does: 3.5 GB for 225 loops.
 LOOPS = 60
@@ -276,7 +278,7 @@ def pinocchio_library(compiler, prefix, quick):
 
 def pinocchio_peers(name, path, quick):
     """aba for trees; for loops constraintDynamics and lcaba, whose constraints are proximal: as few
-    iterations as reach the tolerance."""
+    iterations as reach the tolerance with one of the weights."""
     found = importlib.util.find_spec("pinocchio")
     if found is None:
         missing("Pinocchio", "no package of this name")
@@ -315,10 +317,11 @@ def pinocchio_peers(name, path, quick):
         call.release = lambda: lib.destroy(handle)
         return Peer(f"Pinocchio, {compiler}, {algorithm}", joints, tolerance, call)
 
-    def add(*arguments, tolerance, most):
-        for iterations in range(1, most + 1):
-            found = peer(*arguments, iterations, tolerance)
-            if found.error(model) <= tolerance or iterations == most:
+    def add(compiler, lib, algorithm, function, tolerance, most):
+        choices = [(k, mu) for k in range(1, most + 1) for mu in WEIGHTS[algorithm]]
+        for iterations, mu in choices:
+            found = peer(compiler, lib, algorithm, function, mu, iterations, tolerance)
+            if found.error(model) <= tolerance or (iterations, mu) == choices[-1]:
                 break
             # lcaba needs gigabytes for the largest sheets.
             found.call.release()
@@ -332,9 +335,9 @@ def pinocchio_peers(name, path, quick):
         lib.create.restype = ctypes.c_void_p
         if model.loops:
             if len(model.loops) <= LOOPS:
-                add(compiler, lib, "constraintDynamics", 1, 1e-6, tolerance=1e-7, most=ITERATIONS)
+                add(compiler, lib, "constraintDynamics", 1, tolerance=1e-7, most=ITERATIONS)
             if len(model.loops) <= LOOPS_OF_LCABA:
-                add(compiler, lib, "lcaba", 2, 1e-1, tolerance=1e-7, most=ITERATIONS)
+                add(compiler, lib, "lcaba", 2, tolerance=1e-7, most=ITERATIONS)
         else:
-            add(compiler, lib, "aba", 0, 1e-6, tolerance=1e-8, most=1)
+            add(compiler, lib, "aba", 0, tolerance=1e-8, most=1)
     return peers

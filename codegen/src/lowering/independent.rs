@@ -3,6 +3,7 @@
 use super::functions::function;
 use crate::kane::{Equations, Reduced, Terms};
 use crate::program::{Function, FunctionKind};
+use crate::symbolic::Tree;
 
 /// The solution for independent speeds.
 pub fn reduced(equations: &Equations, reduced: &Reduced, kind: FunctionKind) -> Function {
@@ -29,8 +30,15 @@ pub fn terms(equations: &Equations, terms: &Terms, kind: FunctionKind) -> Functi
     let branches = terms.pattern.branches.len();
     let projects = kind == FunctionKind::ProjectionReduction;
     let momenta = if projects { &terms.projection_momenta } else { &terms.momenta };
+    let mut axes = terms.axes.clone();
+    for (axis, momentum) in axes.chunks_mut(6).zip(momenta.chunks(6)) {
+        // Where nothing moves with a hinge, as with one that closes a loop, nobody asks how it moves.
+        if momentum.iter().all(|part| matches!(part, Tree::Rational(0, _))) {
+            axis.clone_from_slice(momentum);
+        }
+    }
     let mut outputs: Vec<(_, _, _, &[_])> = vec![
-        ("axes", branches, 6, &terms.axes),
+        ("axes", branches, 6, &axes),
         ("momenta", branches, 6, momenta),
         ("rotors", branches, 1, &terms.rotors),
         ("closure", terms.closure.len(), 1, &terms.closure),

@@ -335,9 +335,8 @@ impl ReductionInfo {
 
     /// The steps, with `u16::MAX` where there are fewer than [`ROWS`].
     pub fn padded_steps(&self) -> Vec<[u16; ROWS]> {
-        let padded = |step: &Vec<u16>| {
-            std::array::from_fn(|row| step.get(row).copied().unwrap_or(u16::MAX))
-        };
+        let padded =
+            |step: &Vec<u16>| std::array::from_fn(|row| step.get(row).copied().unwrap_or(u16::MAX));
         self.steps.iter().map(padded).collect()
     }
 

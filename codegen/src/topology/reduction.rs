@@ -58,7 +58,8 @@ pub fn reduction(closure: &Closure, assembled: &DVector<f64>, rank: usize) -> Op
         let first = eliminate(rows.clone(), &loops, &[], *threshold, rank)?;
         Some(largest_volume(&first, n, states.len()))
     })?;
-    let chosen = THRESHOLDS.iter().find_map(|t| eliminate(rows.clone(), &loops, &free, *t, rank))?;
+    let chosen =
+        THRESHOLDS.iter().find_map(|t| eliminate(rows.clone(), &loops, &free, *t, rank))?;
     Some(Reduction {
         independent: free.into_iter().map(JointId).collect(),
         pivots: chosen.pivots.into_iter().map(|(pivot, _)| pivot).collect(),
@@ -110,8 +111,9 @@ fn eliminate(
     while pivots.len() < rank {
         let before = pivots.len();
         for chosen in by_cost(&rows, &left, loops, free) {
-            while let Some((row, column)) =
-                next_pivot(&rows, &left, |row| loops[row] == chosen, free, threshold)
+            while pivots.len() < rank
+                && let Some((row, column)) =
+                    next_pivot(&rows, &left, |row| loops[row] == chosen, free, threshold)
             {
                 left.retain(|other| *other != row);
                 let pivot_row = std::mem::take(&mut rows[row]);

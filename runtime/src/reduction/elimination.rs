@@ -181,11 +181,7 @@ impl<'a, S: Scalar> Elimination<'a, S> {
 }
 
 /// Factors the rows of a step at its own joints, and takes them out of `rows`; returns the largest inverse pivot.
-fn factor_step<S: Scalar>(
-    joints: &[u16; ROWS],
-    rows: &mut [Step<S>],
-    within: &mut Within<S>,
-) -> S {
+fn factor_step<S: Scalar>(joints: &[u16; ROWS], rows: &mut [Step<S>], within: &mut Within<S>) -> S {
     let columns = joints.map(|joint| match rows.get_mut(usize::from(joint)) {
         Some(column) => core::mem::replace(column, [S::ZERO; LANES]),
         None => [S::ZERO; LANES],
@@ -205,8 +201,7 @@ fn factor_step<S: Scalar>(
             let factor = within[row][pivot] * inverse;
             within[row][pivot] = factor;
             for column in pivot + 1..ROWS {
-                within[row][column] =
-                    (-factor).mul_add(within[pivot][column], within[row][column]);
+                within[row][column] = (-factor).mul_add(within[pivot][column], within[row][column]);
             }
         }
     }

@@ -147,7 +147,8 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         terms: &Terms<'_, S>,
         bias: Bias<'_, S>,
     ) -> Result<bool, Error> {
-        let Self { reduction, elimination, sweep, null_space, half, x, inertia, balance, .. } = self;
+        let Self { reduction, elimination, sweep, null_space, half, x, inertia, balance, .. } =
+            self;
         let Reduction { branches, independent, .. } = *reduction;
         let d = independent.len();
         let half = half.as_chunks_mut::<W>().0;
@@ -396,14 +397,19 @@ fn total<S: Scalar>(block: &[S]) -> S {
 
 /// A (d x d) becomes A + A^T on and below the diagonal.
 fn mirror<S: Scalar>(a: &mut [S], d: usize) -> Result<(), Error> {
+    let (expected, given) = (d * d, a.len());
     for i in 0..d {
-        let (expected, given) = (d * d, a.len());
         let split = a.split_at_mut_checked(i * d);
         let (above, rest) = split.ok_or(Error::Length { expected, given })?;
-        let own = rest.get(i).copied();
-        let mirrored = above.chunks_exact(d).map(|row| row.get(i).copied()).chain([own]);
-        for (entry, mirrored) in rest.iter_mut().zip(mirrored.flatten()) {
-            *entry += mirrored;
+        let (own, diagonal) =
+            rest.split_at_mut_checked(i).ok_or(Error::Length { expected, given })?;
+        for (row, entry) in above.chunks_exact(d).zip(own) {
+            if let Some(&mirrored) = row.get(i) {
+                *entry += mirrored;
+            }
+        }
+        if let Some(entry) = diagonal.first_mut() {
+            *entry += *entry;
         }
     }
     Ok(())
@@ -428,8 +434,7 @@ fn products<S: Scalar, const W: usize>(
         let mut found = *sums;
         for &branch in reduction.steps.as_flattened() {
             if let Some((n, b)) = n.get(usize::from(branch)).zip(b.get(usize::from(branch))) {
-                let n = &n.as_chunks::<TILE>().0[tile];
-                for (sum, &factor) in found.iter_mut().zip(n) {
+                for (sum, &factor) in found.iter_mut().zip(n.iter().skip(TILE * tile)) {
                     *sum = sum_of(factor, b, sum);
                 }
             }

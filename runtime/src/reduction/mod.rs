@@ -104,7 +104,8 @@ fn reduced<Y: Mechanism>(
         torques.fill(Y::Scalar::ZERO);
     }
     // What the factor of H has lost by rounding shows in the imbalance that is left.
-    let passes: &[Met] = if inertia.is_exact() { &[Met::Here] } else { &[Met::Here, Met::Elsewhere] };
+    let passes: &[Met] =
+        if inertia.is_exact() { &[Met::Here] } else { &[Met::Here, Met::Elsewhere] };
     for &met in passes {
         if met == Met::Elsewhere {
             inertia.imbalance(&terms, (forces, out), a)?;
@@ -206,7 +207,9 @@ impl<'a, S: Scalar> Correction<'a, S> {
         let trust = match self.known {
             Some(trust) => trust,
             None if eliminated == Trust::Doubtful => return Ok(eliminated),
-            None if self.inertia.fill(&self.terms, Bias { opening: &[], forces: &[] })? => eliminated,
+            None if self.inertia.fill(&self.terms, Bias { opening: &[], forces: &[] })? => {
+                eliminated
+            }
             None => return Ok(Trust::Doubtful),
         };
         self.known = Some(trust);

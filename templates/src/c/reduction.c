@@ -34,7 +34,7 @@ static int rows_of(int step)
 }
 
 /* Takes the joint of a row of a step out of the rows of a later one; their entries for it become those of L. */
-static void take_out(const struct reduction *reduction, int step, int row,
+static void eliminate_joint(const struct reduction *reduction, int step, int row,
     real rows[BRANCHES][ROWS_OF_STEP], real factors[ROWS_OF_STEP])
 {
     for (int i = 0; i < ROWS_OF_STEP; i++)
@@ -87,7 +87,7 @@ static real eliminate(struct reduction *reduction)
             copy(reduction->lower[k], column, ROWS_OF_STEP);
             fill(column, 0, ROWS_OF_STEP);
             if (place < ROWS_OF_STEP * STEPS)
-                take_out(reduction, place / ROWS_OF_STEP, place % ROWS_OF_STEP, rows,
+                eliminate_joint(reduction, place / ROWS_OF_STEP, place % ROWS_OF_STEP, rows,
                     reduction->lower[k]);
         }
         largest = larger(largest, factor_step(step, rows, reduction->within[step]));
@@ -104,7 +104,7 @@ static real eliminate(struct reduction *reduction)
 
 /* Rows of x, each of some numbers, become for dependent joints those with J x = b, where they were b; those of the
  * independent ones are given. */
-static void substitute(const struct reduction *reduction, real *x, int columns)
+static void solve_rows(const struct reduction *reduction, real *x, int columns)
 {
     for (int step = 0; step < STEPS; step++) {
         for (int row = 0; row < rows_of(step); row++) {
@@ -137,7 +137,7 @@ static real spread(struct reduction *reduction)
     fill(null_space, 0, BRANCHES * INDEPENDENT);
     for (int i = 0; i < INDEPENDENT; i++)
         reduction->null_space[independent_branches[i]][i] = 1;
-    substitute(reduction, null_space, INDEPENDENT);
+    solve_rows(reduction, null_space, INDEPENDENT);
     return largest_magnitude(null_space, BRANCHES * INDEPENDENT);
 }
 
@@ -149,7 +149,7 @@ static void solve_dependent(const struct reduction *reduction, const real *wante
     for (int step = 0; step < STEPS; step++)
         for (int row = 0; row < rows_of(step); row++)
             of_branches[step_branches[step][row]] = *wanted++;
-    substitute(reduction, of_branches, 1);
+    solve_rows(reduction, of_branches, 1);
     for (int branch = 0; branch < BRANCHES; branch++)
         x[branch_joints[branch]] = of_branches[branch];
 }

@@ -150,7 +150,8 @@ fn pattern(
     }
     let depths = order.iter().map(|(_, depth)| short(*depth));
     let rows = places.rows(sparsity);
-    let of_joints = rows.iter().map(|row| row.map(|row| row.closure.as_slice()).unwrap_or_default());
+    let of_joints =
+        rows.iter().map(|row| row.map(|row| row.closure.as_slice()).unwrap_or_default());
     let step = |step: &Step| step.rows.iter().map(|row| places.of(row.pivot.joint)).collect();
     ReductionInfo {
         branches: joints.into_iter().zip(depths).collect(),
