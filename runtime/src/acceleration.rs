@@ -23,7 +23,7 @@ use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
 use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut};
 use crate::rank::{Fading, Gap};
-use crate::trust::{Trust, direct, trusted};
+use crate::trust::{Found, Trust, direct, trusted};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar, reduction};
 
@@ -214,7 +214,8 @@ fn by_elimination<Y: Mechanism>(
     out: &mut [Y::Scalar],
 ) -> Result<Option<Constraint>, Error> {
     let (_, q, u) = state;
-    let found = (direct(system, state, out)?, system.dimensions().rank);
+    let (trust, rank) = (direct(system, state, out)?, system.dimensions().rank);
+    let found = Found { trust, rank, rate: None };
     if let Some(constraint) = trusted(system, found, (q, u), may_be_open, workspace, out)? {
         return Ok(Some(constraint));
     }

@@ -129,6 +129,14 @@ constants! {
     /// Errors grow as the square of the entries: 20 is the largest that is trusted in `f64`.
     WEIGHT_OF_ENTRY: f64 = 5.0;
 
+    /// As [`SAFE_CONDITIONING`], of a reduction whose results are refined by what is left of the equations.
+    REFINED_CONDITIONING: Tolerance = Tolerance::new(1e-8, 1e5);
+
+    /// Largest change by this refinement, as a share of the acceleration.
+    ///
+    /// What is wrong after it is the square of that.
+    CHANGE_OF_REFINEMENT: f64 = 1e-4;
+
     /// Pivot of the closure below which a reduction to independent speeds is not trusted, over its loop's length.
     ///
     /// Rows fade together with their pivots, so that elimination loses no digits. But closed loops leave the direction of a

@@ -125,6 +125,11 @@ impl<S: Scalar> Gap<S> {
         Self::of(system, residual.min(LARGEST_GAP.of::<S>() * system.size()))
     }
 
+    /// As a share of the mechanism's size.
+    pub fn share(self) -> S {
+        self.0
+    }
+
     /// Singular values up to this share of the largest are dropped.
     pub fn cut(self) -> S {
         (self.0 / S::from_f64(KANTOROVICH_BOUND)).sqrt()

@@ -2,7 +2,8 @@
 //!
 //! Next to a singular state a row w of the closure that fades is known as a direction to within g / s^2 rad, with g the gap of the
 //! loops over the size of the mechanism and s the pivot of the row. So is the part of du/dt that divides by it, to within u^2 g / s^3.
-//! The elimination itself loses no digits there, since the row fades together with its pivot.
+//! The elimination itself loses no digits there, since the row fades together with its pivot. In a sheet these are the speeds of the
+//! loop that fades, and of those around it.
 
 use crate::constants::{LEAST_PIVOT, NOISE_OF_ACCELERATION, SAFE_CONDITIONING, WEAK_SHARE};
 use crate::linear::{dot, max_abs};
@@ -72,12 +73,28 @@ pub(crate) fn direct<Y: Mechanism>(
     Ok(if is_finite { trust } else { Trust::Doubtful })
 }
 
+/// What an elimination has found beside its results.
+#[derive(Clone, Copy)]
+pub(crate) struct Found<S> {
+    /// How far the results can be trusted.
+    pub trust: Trust<S>,
+    /// The number of independent rows.
+    pub rank: usize,
+    /// The largest u^2 / s^3 of all rows, with the speeds of the joints that a row moves; nothing if it is not known.
+    pub rate: Option<S>,
+}
+
+impl<S> Found<S> {
+    /// No results.
+    pub const NOTHING: Self = Self { trust: Trust::Doubtful, rank: 0, rate: None };
+}
+
 /// What an elimination says of the closure; nothing where it cannot be trusted. Where loops `may_be_open`, this is the concern of the
 /// caller.
 #[inline]
 pub(crate) fn trusted<Y: Mechanism>(
     system: &Y,
-    (trust, rank): (Trust<Y::Scalar>, usize),
+    Found { trust, rank, rate }: Found<Y::Scalar>,
     (q, u): (&[Y::Scalar], &[Y::Scalar]),
     may_be_open: bool,
     workspace: &mut [Y::Scalar],
@@ -88,8 +105,9 @@ pub(crate) fn trusted<Y: Mechanism>(
         Trust::Weak(pivot) if system.dimensions().may_be_reduced() => {
             let gap = beside(system, (q, u), workspace)?;
             let is_closed = gap.is_closed();
-            let noise = gap.uncertainty(pivot) * dot(u, u);
-            let allowed = Y::Scalar::from_f64(NOISE_OF_ACCELERATION) * pivot * max_abs(out);
+            let rate = rate.unwrap_or_else(|| dot(u, u) / (pivot * pivot * pivot));
+            let noise = gap.share() * rate;
+            let allowed = Y::Scalar::from_f64(NOISE_OF_ACCELERATION) * max_abs(out);
             let is_certain = gap.shows(pivot) && (noise <= allowed || may_be_open && !is_closed);
             Ok(is_certain.then_some(Constraint { rank, is_weak: true, is_closed }))
         }

@@ -143,6 +143,39 @@ impl<'a, S: Scalar> Elimination<'a, S> {
         Ok(())
     }
 
+    /// Takes J x from `wanted`, by the order of the elimination, for x by branch.
+    pub fn take_rows(
+        &self,
+        reduction: &Reduction<'_, S>,
+        closure: &[S],
+        x: &[S],
+        wanted: &mut [S],
+    ) -> Result<(), Error> {
+        let joints = reduction.steps.as_flattened().iter().map(|&joint| usize::from(joint));
+        for (joint, wanted) in joints.filter(|joint| *joint < x.len()).zip(wanted) {
+            for (&column, &entry) in reduction.closure.of(joint, closure) {
+                *wanted = (-entry).mul_add(*at(x, column)?, *wanted);
+            }
+        }
+        Ok(())
+    }
+
+    /// The largest u^2 / s^3 of the rows with pivots s, with the speeds of the joints that have entries in L or U, for u by branch.
+    pub fn rate(&self, reduction: &Reduction<'_, S>, u: &[S]) -> S {
+        let mut largest = S::ZERO;
+        for (step, (joints, within)) in reduction.steps.iter().zip(&*self.within).enumerate() {
+            let others =
+                reduction.lower.columns_of(step).iter().chain(reduction.upper.columns_of(step));
+            let speeds = joints.iter().chain(others).filter_map(|&joint| u.get(usize::from(joint)));
+            let square = speeds.fold(S::ZERO, |sum, &u| u.mul_add(u, sum));
+            let inverse = within.iter().enumerate().fold(S::ZERO, |most, (row, within)| {
+                within.get(row).map_or(most, |inverse| most.max(inverse.abs()))
+            });
+            largest = largest.max(square * inverse * inverse * inverse);
+        }
+        largest
+    }
+
     /// The transpose of [`substitute`](Self::substitute), in place: rows of independent joints become the sums over all joints of
     /// their entries of N times the joint's row.
     pub fn take_back<const W: usize>(

@@ -14,7 +14,7 @@ use super::driven::{Driven, Met};
 use super::elimination::{Elimination, elimination_len};
 use super::sweep::{Sweep, sweep_len};
 use super::{Reduction, ReductionSizes, Terms};
-use crate::constants::WEIGHT_OF_ENTRY;
+use crate::constants::{REFINED_CONDITIONING, WEIGHT_OF_ENTRY};
 use crate::linear::{backward, factor, forward};
 use crate::trust::{Trust, safe};
 use crate::workspace::split;
@@ -43,6 +43,15 @@ const fn width(d: usize) -> usize {
 /// `d`, one for p, and what is missing in the last block.
 const fn padded(d: usize) -> usize {
     (d + 1).next_multiple_of(width(d))
+}
+
+/// How large the entries of N are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Entries<S> {
+    /// As small as suits.
+    Small,
+    /// The largest is so large that two passes have to make good what rounding takes.
+    Large(S),
 }
 
 /// N and the factor of H at a state.
@@ -134,8 +143,12 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         Ok(Trust::of_pivot(S::ONE / inverse_pivot))
     }
 
-    /// Computes N and H, p and N^T (f - M p) after the elimination; returns whether they can be trusted.
-    pub fn fill(&mut self, terms: &Terms<'_, S>, bias: Bias<'_, S>) -> Result<bool, Error> {
+    /// Computes N and H, p and N^T (f - M p) after the elimination; returns nothing if they cannot be trusted.
+    pub fn fill(
+        &mut self,
+        terms: &Terms<'_, S>,
+        bias: Bias<'_, S>,
+    ) -> Result<Option<Entries<S>>, Error> {
         match width(self.independent) {
             NARROW => self.fill_blocks::<NARROW>(terms, bias),
             _ => self.fill_blocks::<WIDE>(terms, bias),
@@ -146,7 +159,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         &mut self,
         terms: &Terms<'_, S>,
         bias: Bias<'_, S>,
-    ) -> Result<bool, Error> {
+    ) -> Result<Option<Entries<S>>, Error> {
         let Self { reduction, elimination, sweep, null_space, half, x, inertia, balance, .. } =
             self;
         let Reduction { branches, independent, .. } = *reduction;
@@ -214,10 +227,16 @@ impl<'a, S: Scalar> Inertia<'a, S> {
                 }
             }
         }
-        let largest = S::from_f64(WEIGHT_OF_ENTRY) * largest;
+        let weight = S::from_f64(WEIGHT_OF_ENTRY) * largest;
         mirror(inertia, d)?;
         // Written so that NaN is not trusted.
-        Ok(safe::<S>() * largest * largest < S::ONE && factor(inertia, d).is_ok())
+        if !(REFINED_CONDITIONING.of::<S>() * weight * weight < S::ONE)
+            || factor(inertia, d).is_err()
+        {
+            return Ok(None);
+        }
+        let is_small = safe::<S>() * weight * weight < S::ONE;
+        Ok(Some(if is_small { Entries::Small } else { Entries::Large(largest) }))
     }
 
     /// p, in the order of u, and N^T (f - M p).
@@ -228,6 +247,33 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         }
     }
 
+    /// Adds to `x`, in the order of u, what J x lacks of what it has to be, by the order of the elimination: `wanted` becomes what
+    /// it lacked. Returns the largest part of what was added.
+    pub fn close(
+        &mut self,
+        terms: &Terms<'_, S>,
+        wanted: &mut [S],
+        x: &mut [S],
+    ) -> Result<S, Error> {
+        self.read_x(x);
+        self.elimination.take_rows(&self.reduction, terms.closure, self.x, wanted)?;
+        self.solve_closure(wanted)?;
+        let mut largest = S::ZERO;
+        for (&change, branch) in self.x.iter().zip(self.reduction.branches) {
+            if let Some(x) = x.get_mut(usize::from(branch.joint)) {
+                *x += change;
+                largest = largest.max(change.abs());
+            }
+        }
+        Ok(largest)
+    }
+
+    /// The largest u^2 / s^3 of the rows of J with pivots s, with the speeds of the joints that a row moves.
+    pub fn rate(&mut self, u: &[S]) -> S {
+        self.read_x(u);
+        self.elimination.rate(&self.reduction, self.x)
+    }
+
     /// Whether H and N^T (f - M p) are as exact as N.
     pub fn is_exact(&self) -> bool {
         self.independent < width(self.independent)
@@ -236,11 +282,25 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     /// Solves J p = b with zeros for the independent joints, for b by the order of the elimination; writes p in the order
     /// of u.
     pub fn give(&mut self, wanted: &[S], out: &mut [S]) -> Result<(), Error> {
-        self.x.fill(S::ZERO);
-        let wanted = wanted.iter().map(|&value| [value]);
-        self.elimination.substitute(&self.reduction, self.x.as_chunks_mut().0, wanted)?;
+        self.solve_closure(wanted)?;
         self.write_x(out);
         Ok(())
+    }
+
+    /// x with zeros for the independent joints, so that J x = b.
+    fn solve_closure(&mut self, wanted: &[S]) -> Result<(), Error> {
+        self.x.fill(S::ZERO);
+        let wanted = wanted.iter().map(|&value| [value]);
+        self.elimination.substitute(&self.reduction, self.x.as_chunks_mut().0, wanted)
+    }
+
+    /// Reads x in the order of u.
+    fn read_x(&mut self, x: &[S]) {
+        for (place, branch) in self.x.iter_mut().zip(self.reduction.branches) {
+            if let Some(&x) = x.get(usize::from(branch.joint)) {
+                *place = x;
+            }
+        }
     }
 
     /// Writes x in the order of u.
@@ -293,13 +353,8 @@ impl<'a, S: Scalar> Inertia<'a, S> {
 
     /// Computes M x, for x in the order of u.
     fn set_momenta(&mut self, terms: &Terms<'_, S>, x: &[S]) -> Result<(), Error> {
-        let branches = self.reduction.branches;
-        for (place, branch) in self.x.iter_mut().zip(branches) {
-            if let Some(&x) = x.get(usize::from(branch.joint)) {
-                *place = x;
-            }
-        }
-        self.sweep.whole(branches, terms, self.x, self.momenta)
+        self.read_x(x);
+        self.sweep.whole(self.reduction.branches, terms, self.x, self.momenta)
     }
 
     /// N^T times the momenta.

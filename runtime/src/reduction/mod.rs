@@ -24,11 +24,13 @@ mod sweep;
 pub use pattern::{Branch, ROWS, Reduction, ReductionParts, ReductionSizes, Rows};
 
 use driven::{Driven, Met, driven_len};
-use inertia::{Bias, Inertia, inertia_len};
+use inertia::{Bias, Entries, Inertia, inertia_len};
 use sweep::PARTS;
 
+use crate::constants::CHANGE_OF_REFINEMENT;
+use crate::linear::max_abs;
 use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
-use crate::trust::Trust;
+use crate::trust::{Found, Trust};
 use crate::workspace::split;
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
@@ -62,8 +64,8 @@ pub(crate) fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scal
     system.reduction().filter(|it| !it.is_for_driven || system.dimensions().drives != 0)
 }
 
-/// du/dt at (t, q, u) into `out`, where the mechanism has a reduction, how far it can be trusted, and the number of independent
-/// rows; and the torque (N m) of each driven joint, if there is a place for it.
+/// du/dt at (t, q, u) into `out`, where the mechanism has a reduction; and the torque (N m) of each driven joint, if there is a place
+/// for it.
 #[inline(always)]
 pub(crate) fn accelerate<Y: Mechanism>(
     system: &Y,
@@ -71,10 +73,10 @@ pub(crate) fn accelerate<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     torques: Option<&mut [Y::Scalar]>,
-) -> Result<(Trust<Y::Scalar>, usize), Error> {
+) -> Result<Found<Y::Scalar>, Error> {
     match suitable(system) {
         Some(reduction) => reduced(system, reduction, state, workspace, out, torques),
-        None => Ok((Trust::Doubtful, 0)),
+        None => Ok(Found::NOTHING),
     }
 }
 
@@ -85,7 +87,7 @@ fn reduced<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     mut torques: Option<&mut [Y::Scalar]>,
-) -> Result<(Trust<Y::Scalar>, usize), Error> {
+) -> Result<Found<Y::Scalar>, Error> {
     let workspace = &mut &mut *workspace;
     let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
     let d = sizes.independent;
@@ -96,18 +98,25 @@ fn reduced<Y: Mechanism>(
     let mut inertia = Inertia::of(reduction, sizes, workspace)?;
     reduction.parts.write_acceleration((t, q, u), terms.write(), opening, forces)?;
     let trust = inertia.eliminate(&terms)?;
-    if trust == Trust::Doubtful || !inertia.fill(&terms, Bias { opening, forces })? {
-        return Ok((Trust::Doubtful, 0));
+    if trust == Trust::Doubtful {
+        return Ok(Found::NOTHING);
     }
+    let Some(entries) = inertia.fill(&terms, Bias { opening, forces })? else {
+        return Ok(Found::NOTHING);
+    };
     inertia.bias(out, a);
     if let Some(torques) = &mut torques {
         torques.fill(Y::Scalar::ZERO);
     }
-    // What the factor of H has lost by rounding shows in the imbalance that is left.
-    let passes: &[Met] =
-        if inertia.is_exact() { &[Met::Here] } else { &[Met::Here, Met::Elsewhere] };
+    let mut change = Y::Scalar::ZERO;
+    // What rounding has taken from N, p and the factor of H shows in what is left of both equations.
+    let is_one_pass = inertia.is_exact() && entries == Entries::Small;
+    let passes: &[Met] = if is_one_pass { &[Met::Here] } else { &[Met::Here, Met::Elsewhere] };
     for &met in passes {
         if met == Met::Elsewhere {
+            if let Entries::Large(_) = entries {
+                change = inertia.close(&terms, opening, out)?;
+            }
             inertia.imbalance(&terms, (forces, out), a)?;
         }
         driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
@@ -115,15 +124,23 @@ fn reduced<Y: Mechanism>(
             None => drive.acceleration,
         });
         if !inertia.solve(a, &mut driven, met)? {
-            return Ok((Trust::Doubtful, 0));
+            return Ok(Found::NOTHING);
         }
         inertia.combine(Y::Scalar::ONE, a, out);
         if let Some(torques) = &mut torques {
             driven.add_torques(torques);
         }
     }
-    let is_finite = out.iter().all(|x| x.is_finite());
-    Ok((if is_finite { trust } else { Trust::Doubtful }, rank + driven.rank()))
+    if let Entries::Large(largest) = entries {
+        change = change.max(largest * max_abs(a));
+    }
+    let allowed = Y::Scalar::from_f64(CHANGE_OF_REFINEMENT) * max_abs(out);
+    let is_trusted = change <= allowed && out.iter().all(|x| x.is_finite());
+    Ok(Found {
+        trust: if is_trusted { trust } else { Trust::Doubtful },
+        rank: rank + driven.rank(),
+        rate: matches!(trust, Trust::Weak(_)).then(|| inertia.rate(u)),
+    })
 }
 
 /// The closure residuals, 9 L.
@@ -207,10 +224,10 @@ impl<'a, S: Scalar> Correction<'a, S> {
         let trust = match self.known {
             Some(trust) => trust,
             None if eliminated == Trust::Doubtful => return Ok(eliminated),
-            None if self.inertia.fill(&self.terms, Bias { opening: &[], forces: &[] })? => {
-                eliminated
-            }
-            None => return Ok(Trust::Doubtful),
+            None => match self.inertia.fill(&self.terms, Bias { opening: &[], forces: &[] })? {
+                Some(_) => eliminated,
+                None => return Ok(Trust::Doubtful),
+            },
         };
         self.known = Some(trust);
         let mut of_drives = residual.iter_mut();

@@ -51,9 +51,7 @@ impl<'a> Rows<'a> {
         row: usize,
         entries: &'a [T],
     ) -> impl DoubleEndedIterator<Item = (&'a u16, &'a T)> {
-        let range = self.range(row);
-        let columns = self.columns.get(range.clone()).unwrap_or_default();
-        columns.iter().zip(entries.get(range).unwrap_or_default())
+        self.columns_of(row).iter().zip(entries.get(self.range(row)).unwrap_or_default())
     }
 
     /// As [`of`](Self::of), to write to.
@@ -66,9 +64,13 @@ impl<'a> Rows<'a> {
     where
         'a: 's,
     {
-        let range = self.range(row);
-        let columns = self.columns.get(range.clone()).unwrap_or_default();
-        columns.iter().zip(entries.get_mut(range).unwrap_or_default())
+        self.columns_of(row).iter().zip(entries.get_mut(self.range(row)).unwrap_or_default())
+    }
+
+    /// The joints of a row.
+    #[inline(always)]
+    pub(super) fn columns_of(&self, row: usize) -> &'a [u16] {
+        self.columns.get(self.range(row)).unwrap_or_default()
     }
 
     #[inline(always)]

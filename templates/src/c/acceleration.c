@@ -157,22 +157,22 @@ static real gap_beside(const real *q, const real *u, const parameters *p)
 
 /* Whether an elimination serves. Next to a singular state a row that fades is known as a direction to within the gap
  * divided by the square of the pivot; what is divided by the row, to within that times the square of the speeds, divided
- * by the pivot. The same as `trusted` in runtime/src/trust.rs. */
-static int is_certain(enum trust trust, real pivot, const real *q, const real *u, const parameters *p,
+ * by the pivot: the rate is the largest square of speeds divided by the third power of a pivot. The same as `trusted` in runtime/src/trust.rs. */
+static int is_certain(enum trust trust, real pivot, real rate, const real *q, const real *u, const parameters *p,
     const real *acceleration, int *open)
 {
 #if MAY_BE_REDUCED
     int may_be_open = open && *open;
 #else
-    (void)pivot, (void)q, (void)u, (void)p, (void)acceleration;
+    (void)pivot, (void)rate, (void)q, (void)u, (void)p, (void)acceleration;
 #endif
     if (open)
         *open = 0;
 #if MAY_BE_REDUCED
     if (trust == weak) {
         const real gap = gap_beside(q, u, p);
-        const real noise = uncertainty(gap, pivot) * dot(u, u, SPEEDS);
-        const real allowed = NOISE_OF_ACCELERATION * pivot * largest_magnitude(acceleration, SPEEDS);
+        const real noise = gap * rate;
+        const real allowed = NOISE_OF_ACCELERATION * largest_magnitude(acceleration, SPEEDS);
         may_be_open = may_be_open && !is_closed(gap);
         if (open)
             *open = !is_closed(gap);
@@ -187,19 +187,21 @@ static int accelerate_by_elimination(real t, const real *q, const real *u, const
     const inputs *in, real *acceleration, int *open)
 {
     const int may_be_open = open ? *open : 0;
-    real found[SPEEDS], pivot;
+    real found[SPEEDS], pivot, rate = 0;
     enum trust trust;
     int is_found = 0;
 #if ACCELERATION_IS_DIRECT
     trust = accelerate_directly(t, q, u, p, in, found, &pivot);
-    is_found = is_certain(trust, pivot, q, u, p, found, open);
+    if (trust == weak)
+        rate = dot(u, u, SPEEDS) / (pivot * pivot * pivot);
+    is_found = is_certain(trust, pivot, rate, q, u, p, found, open);
 #endif
 #if IS_REDUCED
     if (!is_found) {
-        trust = accelerate_reduced(t, q, u, p, in, found, &pivot);
+        trust = accelerate_reduced(t, q, u, p, in, found, &pivot, &rate);
         if (open)
             *open = may_be_open;
-        is_found = is_certain(trust, pivot, q, u, p, found, open);
+        is_found = is_certain(trust, pivot, rate, q, u, p, found, open);
     }
 #else
     (void)may_be_open;

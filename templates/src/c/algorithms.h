@@ -103,7 +103,7 @@ PRIVATE int solve_passing(real t, const real *q, const real *u, const parameters
 #if IS_REDUCED
 /* reduction.c */
 PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
-    const inputs *in, real *acceleration, real *pivot);
+    const inputs *in, real *acceleration, real *pivot, real *rate);
 PRIVATE enum trust correct_reduced(struct reduction *reduction, int is_known, real t, const real *q,
     const real *u, const parameters *p, const inputs *in, real *residual, real *positions, real *speeds);
 #endif

@@ -223,12 +223,18 @@ static enum trust set_elimination(struct reduction *reduction)
     return trust_of_pivot(reduction->pivot);
 }
 
+/* A conditioning with what the largest entry of N counts as. */
+static real weighed(real conditioning, real largest)
+{
+    return conditioning * (WEIGHT_OF_ENTRY * largest) * (WEIGHT_OF_ENTRY * largest);
+}
+
 /* Computes the matrices after the elimination; whether they can be trusted. */
 static int set_matrices(struct reduction *reduction)
 {
-    const real largest = WEIGHT_OF_ENTRY * spread(reduction);
+    reduction->largest = spread(reduction);
     /* Written so that what is not a number is not trusted. */
-    if (!(SAFE_CONDITIONING * largest * largest < 1))
+    if (!(weighed(REFINED_CONDITIONING, reduction->largest) < 1))
         return 0;
     set_inertia(reduction);
     return factor_cholesky(reduction->inertia, INDEPENDENT) == INDEPENDENT;
@@ -335,10 +341,55 @@ static void add_combined(const struct reduction *reduction, real sign, const rea
         x[branch_joints[branch]] += sign * dot(reduction->null_space[branch], y, INDEPENDENT);
 }
 
-/* du/dt by independent speeds, and the smallest pivot of the closure. */
-PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
-    const inputs *in, real *acceleration, real *pivot)
+/* Adds to x what J x lacks of what it has to be, which becomes what it lacked; the largest part of what is added. */
+static real close_rows(const struct reduction *reduction, real *wanted, real *x)
 {
+    real change[SPEEDS];
+    int i = 0;
+    for (int step = 0; step < STEPS; step++) {
+        for (int row = 0; row < rows_of(step); row++) {
+            const int branch = step_branches[step][row];
+            for (int k = first_of(closure_ends, branch); k < closure_ends[branch]; k++)
+                wanted[i] -= reduction->closure[k] * x[branch_joints[closure_columns[k]]];
+            i++;
+        }
+    }
+    solve_dependent(reduction, wanted, change);
+    add_scaled(x, 1, change, SPEEDS);
+    return largest_magnitude(change, SPEEDS);
+}
+
+/* The square of the speed of the joint at a place in the tree. */
+static real square_of(const real *u, int branch)
+{
+    return u[branch_joints[branch]] * u[branch_joints[branch]];
+}
+
+/* The largest u^2 / s^3 of the rows of J with pivots s, with the speeds of the joints that have entries in L or U. */
+static real rate_of(const struct reduction *reduction, const real *u)
+{
+    real largest = 0;
+    for (int step = 0; step < STEPS; step++) {
+        real square = 0, inverse = 0;
+        for (int row = 0; row < rows_of(step); row++) {
+            square += square_of(u, step_branches[step][row]);
+            inverse = larger(inverse, magnitude(reduction->within[step][row][row]));
+        }
+        for (int k = first_of(lower_ends, step); k < lower_ends[step]; k++)
+            square += square_of(u, lower_columns[k]);
+        for (int k = first_of(upper_ends, step); k < upper_ends[step]; k++)
+            square += square_of(u, upper_columns[k]);
+        largest = larger(largest, square * inverse * inverse * inverse);
+    }
+    return largest;
+}
+
+/* du/dt by independent speeds, and the smallest pivot of the closure; next to a singular state the largest u^2 / s^3. */
+PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
+    const inputs *in, real *acceleration, real *pivot, real *rate)
+{
+    real change = 0;
+    int is_large, is_trusted;
     struct reduction reduction;
     real opening[DEPENDENT], forces[SPEEDS], momenta[SPEEDS], y[INDEPENDENT], wanted[DRIVES + 1] = { 0 };
     reduction_of(t, q, u, p, in, &reduction.axes[0][0], &reduction.momenta[0][0], reduction.rotors,
@@ -347,9 +398,12 @@ PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, cons
     *pivot = reduction.pivot;
     if (reduction.trust == doubtful || !set_matrices(&reduction))
         return doubtful;
+    is_large = !(weighed(SAFE_CONDITIONING, reduction.largest) < 1);
     solve_dependent(&reduction, opening, acceleration);
-    /* What the factor of H has lost by rounding shows in the imbalance that is left. */
+    /* What rounding has taken from N, p and the factor of H shows in what is left of both equations. */
     for (int pass = 0; pass < 2; pass++) {
+        if (pass > 0 && is_large)
+            change = close_rows(&reduction, opening, acceleration);
         set_momenta(&reduction, acceleration, momenta);
         for (int i = 0; i < SPEEDS; i++)
             momenta[i] = forces[i] - momenta[i];
@@ -367,7 +421,12 @@ PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, cons
             return doubtful;
         add_combined(&reduction, 1, y, acceleration);
     }
-    return all_finite(acceleration, SPEEDS) ? reduction.trust : doubtful;
+    if (is_large)
+        change = larger(change, reduction.largest * largest_magnitude(y, INDEPENDENT));
+    is_trusted = change <= CHANGE_OF_REFINEMENT * largest_magnitude(acceleration, SPEEDS);
+    if (reduction.trust == weak)
+        *rate = rate_of(&reduction, u);
+    return is_trusted && all_finite(acceleration, SPEEDS) ? reduction.trust : doubtful;
 }
 
 /* What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u, with the residuals

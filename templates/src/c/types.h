@@ -54,6 +54,7 @@ struct reduction {
     real lower[LOWER_ENTRIES + 1][ROWS_OF_STEP], upper[UPPER_ENTRIES + 1][ROWS_OF_STEP]; /* L and U */
     real within[STEPS][ROWS_OF_STEP][ROWS_OF_STEP]; /* the same at the step's own joints, with 1 / pivot */
     real pivot; /* the smallest */
+    real largest; /* entry of N */
     real null_space[BRANCHES][INDEPENDENT]; /* N */
     real half[BRANCHES][INDEPENDENT]; /* G N, where M = G + G^T */
     real inertia[INDEPENDENT * INDEPENDENT]; /* factor of N^T M N */
