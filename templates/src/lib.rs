@@ -42,6 +42,7 @@ pub mod c {
         RANK = "c/rank.c";
         CLOSURE_ROWS = "c/closure_rows.c";
         PASSAGE = "c/passage.c";
+        ELIMINATION = "c/elimination.c";
         REDUCTION = "c/reduction.c";
         ACCELERATION = "c/acceleration.c";
         MOTORS = "c/motors.c";

@@ -12,7 +12,7 @@
 //! in a place of their own for every joint (T. A. Davis, "Direct Methods for Sparse Linear Systems", 2006, 6.2, by rows
 //! instead of columns).
 
-use super::inertia::{Block, at, at_mut, sum_of};
+use super::blocks::{Block, at, at_mut, sum_of};
 use super::pattern::ROWS;
 use super::{Reduction, ReductionSizes};
 use crate::workspace::split;

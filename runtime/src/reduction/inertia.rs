@@ -7,9 +7,12 @@
 //!
 //! p is one more column of N: what it contributes to N^T (f - M p) follows from the same sweep.
 //!
-//! Everything is computed for a block of independent speeds after the other: so a step of a loop works on arrays of a fixed
-//! length, of which the compiler makes vector instructions, and what it reads stays in the first cache.
+//! Everything is computed for one block of independent speeds after the other, so that what a step reads stays in the first cache.
 
+use super::blocks::{
+    Block, LINE, MOST_TO_LINE, NARROW, WIDE, at, at_mut, blocks, blocks_mut, largest_entries,
+    mirror, padded, products, reduce, sum_of, total, width,
+};
 use super::driven::{Driven, Met};
 use super::elimination::{Elimination, elimination_len};
 use super::sweep::{Sweep, sweep_len};
@@ -19,31 +22,6 @@ use crate::linear::{backward, factor, forward};
 use crate::trust::{Trust, safe};
 use crate::workspace::split;
 use crate::{Error, Scalar};
-
-/// Numbers of a block where few speeds are independent.
-const NARROW: usize = 8;
-
-/// Numbers of other blocks: the more, the less waits for what a step reads.
-const WIDE: usize = 16;
-
-/// Bytes of a line of the cache: blocks that begin with one are read and written faster.
-const LINE: usize = 64;
-
-/// Numbers to the next line at most.
-const MOST_TO_LINE: usize = LINE / size_of::<f32>() - 1;
-
-/// Numbers of neighbouring independent speeds.
-pub(super) type Block<S, const W: usize> = [S; W];
-
-/// Numbers of a block of `d` independent speeds, and p.
-const fn width(d: usize) -> usize {
-    if d < NARROW { NARROW } else { WIDE }
-}
-
-/// `d`, one for p, and what is missing in the last block.
-const fn padded(d: usize) -> usize {
-    (d + 1).next_multiple_of(width(d))
-}
 
 /// How large the entries of N are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,83 +138,104 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         terms: &Terms<'_, S>,
         bias: Bias<'_, S>,
     ) -> Result<Option<Entries<S>>, Error> {
-        let Self { reduction, elimination, sweep, null_space, half, x, inertia, balance, .. } =
-            self;
-        let Reduction { branches, independent, .. } = *reduction;
-        let d = independent.len();
-        let half = half.as_chunks_mut::<W>().0;
-        let is_one_block = d < W;
         let mut largest = S::ONE;
-        balance.fill(S::ZERO);
+        self.balance.fill(S::ZERO);
         // The last block has p, which the others need.
-        for (index, n) in blocks_mut::<S, W>(null_space, branches.len()).enumerate().rev() {
-            let first = index * W;
-            let of_p = (d - first < W).then_some(d - first);
-            for (k, &branch) in independent.iter().enumerate() {
-                let unit = |lane| if first + lane == k { S::ONE } else { S::ZERO };
-                *at_mut(n, branch)? = core::array::from_fn(unit);
-            }
-            let at_p = |value: S| -> Block<S, W> {
-                core::array::from_fn(|lane| if Some(lane) == of_p { value } else { S::ZERO })
-            };
-            elimination.substitute(reduction, n, bias.opening.iter().map(|&value| at_p(value)))?;
-            let mut most = [S::ZERO; W];
-            for row in &*n {
-                most = core::array::from_fn(|lane| most[lane].max(row[lane].abs()));
-            }
-            largest = most.into_iter().take(d - first).fold(largest, S::max);
-            sweep.half(branches, terms, n, half)?;
-            if let Some(of_p) = of_p {
-                x.iter_mut().zip(&*n).for_each(|(x, row)| *x = row[of_p]);
-            }
-            if !is_one_block {
-                // p^T G N
-                let none = [S::ZERO; W];
-                let sum = x.iter().zip(&*half).fold(none, |sum, (&x, row)| sum_of(x, row, &sum));
-                for (balance, sum) in balance.iter_mut().skip(first).zip(sum) {
-                    *balance -= sum;
-                }
-            }
-            if let Some(of_p) = of_p {
-                // G p becomes G p - f.
-                for (row, branch) in half.iter_mut().zip(branches) {
-                    if let Some(&force) = bias.forces.get(usize::from(branch.joint)) {
-                        row[of_p] -= force;
-                    }
-                }
-            }
-            if is_one_block {
-                let products = products(reduction, n, half)?;
-                for (balance, sum) in balance.iter_mut().zip(products[d]) {
-                    *balance -= sum;
-                }
-                for (&branch, sums) in independent.iter().zip(&products) {
-                    *at_mut(half, branch)? = *sums;
-                }
-            } else {
-                elimination.take_back(reduction, half)?;
-            }
-            let rows = inertia.chunks_exact_mut(d.max(1)).zip(balance.iter_mut());
-            for (&branch, (row, balance)) in independent.iter().zip(rows) {
-                let sums = at(half, branch)?;
-                for (entry, &sum) in row.iter_mut().skip(first).zip(sums) {
-                    *entry = sum;
-                }
-                if let Some(of_p) = of_p {
-                    *balance -= sums[of_p];
-                }
-            }
+        for index in (0..padded(self.independent) / W).rev() {
+            largest = largest.max(self.fill_block::<W>(index, terms, bias)?);
         }
         let weight = S::from_f64(WEIGHT_OF_ENTRY) * largest;
-        mirror(inertia, d)?;
+        mirror(self.inertia, self.independent)?;
         // Written so that NaN is not trusted.
         if !(REFINED_CONDITIONING.of::<S>() * weight * weight < S::ONE)
-            || factor(inertia, d).is_err()
+            || factor(self.inertia, self.independent).is_err()
         {
             return Ok(None);
         }
         let is_small = safe::<S>() * weight * weight < S::ONE;
         Ok(Some(if is_small { Entries::Small } else { Entries::Large(largest) }))
+    }
+
+    /// Computes a block of N and what it contributes to A = N^T G N; returns its largest entry.
+    fn fill_block<const W: usize>(
+        &mut self,
+        index: usize,
+        terms: &Terms<'_, S>,
+        bias: Bias<'_, S>,
+    ) -> Result<S, Error> {
+        let Self { reduction, elimination, sweep, null_space, half, x, .. } = self;
+        let Reduction { branches, independent, .. } = *reduction;
+        let first = index * W;
+        let count = independent.len() - first;
+        let of_p = (count < W).then_some(count);
+        let given = null_space.len();
+        let n = blocks_mut::<S, W>(null_space, branches.len()).nth(index);
+        let n = n.ok_or(Error::Length { expected: (first + W) * branches.len(), given })?;
+        for (k, &branch) in independent.iter().enumerate() {
+            let unit = |lane| if first + lane == k { S::ONE } else { S::ZERO };
+            *at_mut(n, branch)? = core::array::from_fn(unit);
+        }
+        let at_p = |value: S| -> Block<S, W> {
+            core::array::from_fn(|lane| if Some(lane) == of_p { value } else { S::ZERO })
+        };
+        elimination.substitute(reduction, n, bias.opening.iter().map(|&value| at_p(value)))?;
+        let largest = largest_entries(n);
+        let half = half.as_chunks_mut::<W>().0;
+        sweep.half(branches, terms, n, half)?;
+        if let Some(of_p) = of_p {
+            for ((x, row), (half, branch)) in
+                x.iter_mut().zip(&*n).zip(half.iter_mut().zip(branches))
+            {
+                *x = row.get(of_p).copied().unwrap_or(S::ZERO);
+                // G p becomes G p - f.
+                let force = bias.forces.get(usize::from(branch.joint));
+                if let Some((half, &force)) = half.get_mut(of_p).zip(force) {
+                    *half -= force;
+                }
+            }
+        }
+        self.take_block::<W>(index, of_p)?;
+        Ok(largest.into_iter().take(count).fold(S::ZERO, S::max))
+    }
+
+    /// Takes G N of a block of speeds, and G p - f, back to the independent speeds: a part of A, and of N^T (f - M p).
+    fn take_block<const W: usize>(
+        &mut self,
+        index: usize,
+        of_p: Option<usize>,
+    ) -> Result<(), Error> {
+        let Self { reduction, elimination, null_space, half, x, inertia, balance, .. } = self;
+        let Reduction { branches, independent, .. } = *reduction;
+        let (d, first) = (independent.len(), index * W);
+        let half = half.as_chunks_mut::<W>().0;
+        let none = [S::ZERO; W];
+        let of_bias = if d < W {
+            let n = blocks::<S, W>(null_space, branches.len()).next().unwrap_or_default();
+            let products = products(reduction, n, half)?;
+            for (&branch, sums) in independent.iter().zip(&products) {
+                *at_mut(half, branch)? = *sums;
+            }
+            products.get(d).copied().unwrap_or(none)
+        } else {
+            let sum = x.iter().zip(&*half).fold(none, |sum, (&x, row)| sum_of(x, row, &sum));
+            elimination.take_back(reduction, half)?;
+            sum
+        };
+        // p^T G N
+        for (balance, sum) in balance.iter_mut().skip(first).zip(of_bias) {
+            *balance -= sum;
+        }
+        let rows = inertia.chunks_exact_mut(d.max(1)).zip(balance.iter_mut());
+        for (&branch, (row, balance)) in independent.iter().zip(rows) {
+            let sums = at(half, branch)?;
+            for (entry, &sum) in row.iter_mut().skip(first).zip(sums) {
+                *entry = sum;
+            }
+            if let Some(&sum) = of_p.and_then(|of_p| sums.get(of_p)) {
+                *balance -= sum;
+            }
+        }
+        Ok(())
     }
 
     /// p, in the order of u, and N^T (f - M p).
@@ -396,115 +395,6 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             if let Some(out) = out.get_mut(usize::from(branch.joint)) {
                 *out += total(&sums);
             }
-        }
-    }
-}
-
-/// The blocks of a matrix by block and branch.
-fn blocks<S, const W: usize>(
-    matrix: &[S],
-    branches: usize,
-) -> impl Iterator<Item = &[Block<S, W>]> {
-    matrix.as_chunks().0.chunks_exact(branches.max(1))
-}
-
-/// As [`blocks`], to write to.
-fn blocks_mut<S, const W: usize>(
-    matrix: &mut [S],
-    branches: usize,
-) -> impl DoubleEndedIterator<Item = &mut [Block<S, W>]> + ExactSizeIterator {
-    matrix.as_chunks_mut().0.chunks_exact_mut(branches.max(1))
-}
-
-/// What belongs to a branch.
-#[inline(always)]
-pub(super) fn at<T>(of_branches: &[T], branch: u16) -> Result<&T, Error> {
-    let (branch, given) = (usize::from(branch), of_branches.len());
-    of_branches.get(branch).ok_or(Error::Length { expected: branch + 1, given })
-}
-
-/// As [`at`], to write to.
-#[inline(always)]
-pub(super) fn at_mut<T>(of_branches: &mut [T], branch: u16) -> Result<&mut T, Error> {
-    let (branch, given) = (usize::from(branch), of_branches.len());
-    of_branches.get_mut(branch).ok_or(Error::Length { expected: branch + 1, given })
-}
-
-/// `sum + factor x`.
-#[inline(always)]
-pub(super) fn sum_of<S: Scalar, const W: usize>(
-    factor: S,
-    x: &Block<S, W>,
-    sum: &Block<S, W>,
-) -> Block<S, W> {
-    core::array::from_fn(|lane| factor.mul_add(x[lane], sum[lane]))
-}
-
-/// The sum of the numbers of a block.
-fn total<S: Scalar>(block: &[S]) -> S {
-    let mut sums = [S::ZERO; NARROW];
-    for part in block.as_chunks::<NARROW>().0 {
-        sums = core::array::from_fn(|lane| sums[lane] + part[lane]);
-    }
-    let [a, b, c, d, e, f, g, h] = sums;
-    ((a + e) + (b + f)) + ((c + g) + (d + h))
-}
-
-/// A (d x d) becomes A + A^T on and below the diagonal.
-fn mirror<S: Scalar>(a: &mut [S], d: usize) -> Result<(), Error> {
-    let (expected, given) = (d * d, a.len());
-    for i in 0..d {
-        let split = a.split_at_mut_checked(i * d);
-        let (above, rest) = split.ok_or(Error::Length { expected, given })?;
-        let (own, diagonal) =
-            rest.split_at_mut_checked(i).ok_or(Error::Length { expected, given })?;
-        for (row, entry) in above.chunks_exact(d).zip(own) {
-            if let Some(&mirrored) = row.get(i) {
-                *entry += mirrored;
-            }
-        }
-        if let Some(entry) = diagonal.first_mut() {
-            *entry += *entry;
-        }
-    }
-    Ok(())
-}
-
-/// Rows of a tile of [`products`]: its sums stay in the registers of a processor.
-const TILE: usize = 4;
-
-/// N^T B, for N and B by branch, and the same of what follows the last column of N.
-fn products<S: Scalar, const W: usize>(
-    reduction: &Reduction<'_, S>,
-    n: &[Block<S, W>],
-    b: &[Block<S, W>],
-) -> Result<[Block<S, W>; W], Error> {
-    let mut products = [[S::ZERO; W]; W];
-    for (sums, &branch) in products.iter_mut().zip(reduction.independent) {
-        *sums = *at(b, branch)?;
-    }
-    let count = reduction.independent.len() + 1;
-    let tiles = products.as_chunks_mut::<TILE>().0.iter_mut().take(count.div_ceil(TILE));
-    for (tile, sums) in tiles.enumerate() {
-        let mut found = *sums;
-        for &branch in reduction.steps.as_flattened() {
-            if let Some((n, b)) = n.get(usize::from(branch)).zip(b.get(usize::from(branch))) {
-                for (sum, &factor) in found.iter_mut().zip(n.iter().skip(TILE * tile)) {
-                    *sum = sum_of(factor, b, sum);
-                }
-            }
-        }
-        *sums = found;
-    }
-    Ok(products)
-}
-
-/// N^T x, for x by branch.
-fn reduce<S: Scalar, const W: usize>(null_space: &[S], x: &[S], out: &mut [S]) {
-    for (out, rows) in out.chunks_mut(W).zip(blocks::<S, W>(null_space, x.len())) {
-        let sum = x.iter().zip(rows).fold([S::ZERO; W], |sum, (&x, row)| sum_of(x, row, &sum));
-        for (out, sum) in out.iter_mut().zip(sum) {
-            *out = sum;
         }
     }
 }

@@ -15,6 +15,7 @@
 //! As elimination in straight-line code, this does not decide on the rank: where the pivots that the compiler
 //! chose do not suit a state, the caller does.
 
+mod blocks;
 mod driven;
 mod elimination;
 mod inertia;
@@ -86,7 +87,7 @@ fn reduced<Y: Mechanism>(
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
-    mut torques: Option<&mut [Y::Scalar]>,
+    torques: Option<&mut [Y::Scalar]>,
 ) -> Result<Found<Y::Scalar>, Error> {
     let workspace = &mut &mut *workspace;
     let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
@@ -105,9 +106,8 @@ fn reduced<Y: Mechanism>(
         return Ok(Found::NOTHING);
     };
     inertia.bias(out, a);
-    if let Some(torques) = &mut torques {
-        torques.fill(Y::Scalar::ZERO);
-    }
+    let torques = torques.unwrap_or_default();
+    torques.fill(Y::Scalar::ZERO);
     let mut change = Y::Scalar::ZERO;
     // What rounding has taken from N, p and the factor of H shows in what is left of both equations.
     let is_one_pass = inertia.is_exact() && entries == Entries::Small;
@@ -127,9 +127,7 @@ fn reduced<Y: Mechanism>(
             return Ok(Found::NOTHING);
         }
         inertia.combine(Y::Scalar::ONE, a, out);
-        if let Some(torques) = &mut torques {
-            driven.add_torques(torques);
-        }
+        driven.add_torques(torques);
     }
     if let Entries::Large(largest) = entries {
         change = change.max(largest * max_abs(a));

@@ -15,7 +15,7 @@
 //! (M x)_i = F_i . V_i + s_i . P_i + rotor_i x_i        P_i = sum_beyond F_j x_j
 //! ```
 
-use super::inertia::{Block, sum_of};
+use super::blocks::{Block, sum_of};
 use super::{Branch, Terms};
 use crate::workspace::split;
 use crate::{Error, Scalar};

@@ -101,6 +101,14 @@ PRIVATE int solve_passing(real t, const real *q, const real *u, const parameters
 #endif
 
 #if IS_REDUCED
+/* elimination.c */
+PRIVATE real eliminate(struct reduction *reduction);
+PRIVATE void solve_rows(const struct reduction *reduction, real *x, int columns);
+PRIVATE void solve_dependent(const struct reduction *reduction, const real *wanted, real *x);
+PRIVATE real close_rows(const struct reduction *reduction, real *wanted, real *x);
+PRIVATE void take_back(const struct reduction *reduction, real rows[BRANCHES][INDEPENDENT]);
+PRIVATE real rate_of(const struct reduction *reduction, const real *u);
+
 /* reduction.c */
 PRIVATE enum trust accelerate_reduced(real t, const real *q, const real *u, const parameters *p,
     const inputs *in, real *acceleration, real *pivot, real *rate);

@@ -63,7 +63,7 @@ impl Dummy {
             "pseudoinverse" | "independent" | "rank" | "closure_rows" | "passage"
             | "projection" => constrained,
             "projection_without_constraints" => !constrained,
-            "reduction" => self.reduced,
+            "elimination" | "reduction" => self.reduced,
             "motors" => self.drives,
             "free_bodies" => self.free,
             "assembly" | "assembly_steps" => self.loops,

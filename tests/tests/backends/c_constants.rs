@@ -35,13 +35,13 @@ const OTHERS: [(&str, &[&str]); 11] = [
     ("rank.rs", &["10.0"]),
     ("independent.rs", &["16", "4"]),
     ("cholesky.rs", &["4"]),
-    ("inertia.rs", &["4", "8", "16", "64"]),
+    ("blocks.rs", &["4", "8", "16", "64"]),
     ("elimination.rs", &["4"]),
     ("fixed.rs", &["4.0"]),
 ];
 
 /// The files of the runtime that C repeats, where every number that decides must come from the table.
-const REPEATED: [&str; 19] = [
+const REPEATED: [&str; 20] = [
     "acceleration.rs",
     "assembly/mod.rs",
     "assembly/steps.rs",
@@ -57,6 +57,7 @@ const REPEATED: [&str; 19] = [
     "projection/gauss_newton.rs",
     "projection/mod.rs",
     "rank.rs",
+    "reduction/blocks.rs",
     "reduction/elimination.rs",
     "reduction/inertia.rs",
     "reduction/mod.rs",

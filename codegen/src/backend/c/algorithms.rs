@@ -131,7 +131,7 @@ fn needed(program: &Program) -> Vec<&'static str> {
         files.extend([c::PSEUDOINVERSE, c::INDEPENDENT, c::RANK, c::CLOSURE_ROWS, c::PASSAGE]);
     }
     if program.reduction().is_some() {
-        files.push(c::REDUCTION);
+        files.extend([c::ELIMINATION, c::REDUCTION]);
     }
     files.push(c::ACCELERATION);
     if drives {

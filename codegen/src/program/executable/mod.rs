@@ -9,7 +9,8 @@ use lamc_runtime::{Change, Error};
 
 use super::argument::Argument;
 use super::engine::{Engine, UnknownName};
-use super::ir::{Interface, Program, ReductionInfo, Slot};
+use super::ir::{Interface, Program, Slot};
+use super::reduction::ReductionInfo;
 use super::signature::FunctionKind;
 
 /// Outputs of a function that solves, with its margin: those of the Jacobian are most.
