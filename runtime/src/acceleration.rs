@@ -23,7 +23,7 @@ use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
 use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut};
 use crate::rank::{Fading, Gap};
-use crate::trust::{Found, Trust, direct, trusted};
+use crate::trust::{Trust, direct, trusted};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar, reduction};
 
@@ -149,8 +149,9 @@ pub(crate) fn acceleration_and_torques<Y: Mechanism>(
 ) -> Result<Constraint, Error> {
     let (t, q, u) = state;
     let dimensions = check(system, workspace, &[q.len()], &[u.len(), out.len()])?;
-    let found = reduction::accelerate(system, state, workspace, out, Some(&mut *torques))?;
-    match trusted(system, found, (q, u), false, workspace, out)? {
+    let (trust, rank, rate) =
+        reduction::accelerate(system, state, workspace, out, Some(&mut *torques))?;
+    match trusted(system, (trust, rank), |_| rate, (q, u), false, workspace, out)? {
         Some(constraint) => Ok(constraint),
         None => {
             decide(system, dimensions, (t, q, u), Y::Scalar::ZERO, workspace, out, Some(torques))
@@ -214,13 +215,13 @@ fn by_elimination<Y: Mechanism>(
     out: &mut [Y::Scalar],
 ) -> Result<Option<Constraint>, Error> {
     let (_, q, u) = state;
-    let (trust, rank) = (direct(system, state, out)?, system.dimensions().rank);
-    let found = Found { trust, rank, rate: None };
-    if let Some(constraint) = trusted(system, found, (q, u), may_be_open, workspace, out)? {
+    let found = (direct(system, state, out)?, system.dimensions().rank);
+    let rate = |pivot| dot(u, u) / (pivot * pivot * pivot);
+    if let Some(constraint) = trusted(system, found, rate, (q, u), may_be_open, workspace, out)? {
         return Ok(Some(constraint));
     }
-    let found = reduction::accelerate(system, state, workspace, out, None)?;
-    trusted(system, found, (q, u), may_be_open, workspace, out)
+    let (trust, rank, rate) = reduction::accelerate(system, state, workspace, out, None)?;
+    trusted(system, (trust, rank), |_| rate, (q, u), may_be_open, workspace, out)
 }
 
 /// With a decision on the rank. Much code, seldom needed: not to be inlined.

@@ -6,7 +6,7 @@
 //! loop that fades, and of those around it.
 
 use crate::constants::{LEAST_PIVOT, NOISE_OF_ACCELERATION, SAFE_CONDITIONING, WEAK_SHARE};
-use crate::linear::{dot, max_abs};
+use crate::linear::max_abs;
 use crate::plumbing::{Dimensions, Margin, ProjectionMut};
 use crate::rank::Gap;
 use crate::workspace::split;
@@ -73,28 +73,14 @@ pub(crate) fn direct<Y: Mechanism>(
     Ok(if is_finite { trust } else { Trust::Doubtful })
 }
 
-/// What an elimination has found beside its results.
-#[derive(Clone, Copy)]
-pub(crate) struct Found<S> {
-    /// How far the results can be trusted.
-    pub trust: Trust<S>,
-    /// The number of independent rows.
-    pub rank: usize,
-    /// The largest u^2 / s^3 of all rows, with the speeds of the joints that a row moves; nothing if it is not known.
-    pub rate: Option<S>,
-}
-
-impl<S> Found<S> {
-    /// No results.
-    pub const NOTHING: Self = Self { trust: Trust::Doubtful, rank: 0, rate: None };
-}
-
 /// What an elimination says of the closure; nothing where it cannot be trusted. Where loops `may_be_open`, this is the concern of the
-/// caller.
+/// caller. `rate` is the largest u^2 / s^3 of all rows with pivots s, of which it is given the smallest, with the speeds of the joints
+/// that a row moves.
 #[inline]
 pub(crate) fn trusted<Y: Mechanism>(
     system: &Y,
-    Found { trust, rank, rate }: Found<Y::Scalar>,
+    (trust, rank): (Trust<Y::Scalar>, usize),
+    rate: impl FnOnce(Y::Scalar) -> Y::Scalar,
     (q, u): (&[Y::Scalar], &[Y::Scalar]),
     may_be_open: bool,
     workspace: &mut [Y::Scalar],
@@ -104,9 +90,7 @@ pub(crate) fn trusted<Y: Mechanism>(
         Trust::Strong => Ok(Some(Constraint::strong(rank))),
         Trust::Weak(pivot) if system.dimensions().may_be_reduced() => {
             let gap = beside(system, (q, u), workspace)?;
-            let is_closed = gap.is_closed();
-            let rate = rate.unwrap_or_else(|| dot(u, u) / (pivot * pivot * pivot));
-            let noise = gap.share() * rate;
+            let (is_closed, noise) = (gap.is_closed(), gap.share() * rate(pivot));
             let allowed = Y::Scalar::from_f64(NOISE_OF_ACCELERATION) * max_abs(out);
             let is_certain = gap.shows(pivot) && (noise <= allowed || may_be_open && !is_closed);
             Ok(is_certain.then_some(Constraint { rank, is_weak: true, is_closed }))

@@ -37,6 +37,11 @@ impl ReductionInfo {
         self.steps.iter().flatten().copied()
     }
 
+    /// Joints in L and U, and [`ROWS`] for each step.
+    pub fn factors(&self) -> usize {
+        self.lower.columns.len() + self.upper.columns.len() + ROWS * self.steps.len()
+    }
+
     /// The steps, with `u16::MAX` where there are fewer than [`ROWS`].
     pub fn padded_steps(&self) -> Vec<[u16; ROWS]> {
         let padded =

@@ -41,18 +41,18 @@ pub(super) struct Elimination<'a, S> {
 
 /// Numbers that [`Elimination`] needs.
 pub(super) const fn elimination_len(sizes: ReductionSizes) -> usize {
-    LANES * (sizes.lower + sizes.upper + ROWS * sizes.steps + sizes.branches)
+    LANES * (sizes.factors + sizes.branches)
 }
 
 impl<'a, S: Scalar> Elimination<'a, S> {
     /// Room for it.
-    pub fn of(sizes: ReductionSizes, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
+    pub fn of(reduction: &Reduction<'_, S>, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
         let mut steps = |count| Ok(split(workspace, LANES * count)?.as_chunks_mut().0);
         Ok(Self {
-            lower: steps(sizes.lower)?,
-            upper: steps(sizes.upper)?,
-            within: steps(ROWS * sizes.steps)?.as_chunks_mut().0,
-            rows: steps(sizes.branches)?,
+            lower: steps(reduction.lower.columns.len())?,
+            upper: steps(reduction.upper.columns.len())?,
+            within: steps(ROWS * reduction.steps.len())?.as_chunks_mut().0,
+            rows: steps(reduction.branches.len())?,
         })
     }
 

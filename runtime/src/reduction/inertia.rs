@@ -85,7 +85,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     ) -> Result<Self, Error> {
         let ReductionSizes { branches, depth, independent, .. } = sizes;
         let padded = padded(independent);
-        let elimination = Elimination::of(sizes, workspace)?;
+        let elimination = Elimination::of(&reduction, workspace)?;
         let to_line = workspace.as_ptr().align_offset(LINE);
         split(workspace, to_line.min(MOST_TO_LINE))?;
         let null_space = split(workspace, padded * branches)?;

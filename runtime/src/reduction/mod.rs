@@ -31,7 +31,7 @@ use sweep::PARTS;
 use crate::constants::CHANGE_OF_REFINEMENT;
 use crate::linear::max_abs;
 use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
-use crate::trust::{Found, Trust};
+use crate::trust::Trust;
 use crate::workspace::split;
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
@@ -65,6 +65,10 @@ pub(crate) fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scal
     system.reduction().filter(|it| !it.is_for_driven || system.dimensions().drives != 0)
 }
 
+/// How far an elimination can be trusted, the number of independent rows, and next to a singular state the largest u^2 / s^3 of the
+/// rows with pivots s.
+type Found<S> = (Trust<S>, usize, S);
+
 /// du/dt at (t, q, u) into `out`, where the mechanism has a reduction; and the torque (N m) of each driven joint, if there is a place
 /// for it.
 #[inline(always)]
@@ -77,7 +81,7 @@ pub(crate) fn accelerate<Y: Mechanism>(
 ) -> Result<Found<Y::Scalar>, Error> {
     match suitable(system) {
         Some(reduction) => reduced(system, reduction, state, workspace, out, torques),
-        None => Ok(Found::NOTHING),
+        None => Ok(nothing()),
     }
 }
 
@@ -100,10 +104,10 @@ fn reduced<Y: Mechanism>(
     reduction.parts.write_acceleration((t, q, u), terms.write(), opening, forces)?;
     let trust = inertia.eliminate(&terms)?;
     if trust == Trust::Doubtful {
-        return Ok(Found::NOTHING);
+        return Ok(nothing());
     }
     let Some(entries) = inertia.fill(&terms, Bias { opening, forces })? else {
-        return Ok(Found::NOTHING);
+        return Ok(nothing());
     };
     inertia.bias(out, a);
     let torques = torques.unwrap_or_default();
@@ -124,7 +128,7 @@ fn reduced<Y: Mechanism>(
             None => drive.acceleration,
         });
         if !inertia.solve(a, &mut driven, met)? {
-            return Ok(Found::NOTHING);
+            return Ok(nothing());
         }
         inertia.combine(Y::Scalar::ONE, a, out);
         driven.add_torques(torques);
@@ -134,11 +138,16 @@ fn reduced<Y: Mechanism>(
     }
     let allowed = Y::Scalar::from_f64(CHANGE_OF_REFINEMENT) * max_abs(out);
     let is_trusted = change <= allowed && out.iter().all(|x| x.is_finite());
-    Ok(Found {
-        trust: if is_trusted { trust } else { Trust::Doubtful },
-        rank: rank + driven.rank(),
-        rate: matches!(trust, Trust::Weak(_)).then(|| inertia.rate(u)),
-    })
+    if !is_trusted {
+        return Ok(nothing());
+    }
+    let rate = if trust == Trust::Strong { Y::Scalar::ZERO } else { inertia.rate(u) };
+    Ok((trust, rank + driven.rank(), rate))
+}
+
+/// Where there are no results.
+fn nothing<S: Scalar>() -> Found<S> {
+    (Trust::Doubtful, 0, S::ZERO)
 }
 
 /// The closure residuals, 9 L.

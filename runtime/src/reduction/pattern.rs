@@ -145,20 +145,16 @@ pub struct ReductionSizes {
     pub depth: usize,
     /// Independent joints.
     pub independent: usize,
-    /// Steps of the elimination.
-    pub steps: usize,
     /// Entries of [`Reduction::closure`].
     pub closure: usize,
-    /// Entries of [`Reduction::lower`].
-    pub lower: usize,
-    /// Entries of [`Reduction::upper`].
-    pub upper: usize,
+    /// Joints in [`Reduction::lower`] and [`Reduction::upper`], and [`ROWS`] for each step: each has a number for each row of a
+    /// step.
+    pub factors: usize,
 }
 
 impl ReductionSizes {
     /// Those of mechanisms that have no reduction.
-    pub const NONE: Self =
-        Self { branches: 0, depth: 0, independent: 0, steps: 0, closure: 0, lower: 0, upper: 0 };
+    pub const NONE: Self = Self { branches: 0, depth: 0, independent: 0, closure: 0, factors: 0 };
 
     /// Dependent joints: the rows of J that are needed.
     #[must_use]

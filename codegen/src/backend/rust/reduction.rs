@@ -12,20 +12,18 @@ pub fn sizes(program: &Program) -> TokenStream {
     let Some(reduction) = program.reduction() else {
         return quote!(::lamc_runtime::plumbing::ReductionSizes::NONE);
     };
-    let [branches, depth, independent, steps, closure, lower, upper] = [
+    let [branches, depth, independent, closure, factors] = [
         reduction.branches.len(),
         reduction.depth(),
         reduction.independent.len(),
-        reduction.steps.len(),
         reduction.closure.columns.len(),
-        reduction.lower.columns.len(),
-        reduction.upper.columns.len(),
+        reduction.factors(),
     ]
     .map(number);
     quote! {
         ::lamc_runtime::plumbing::ReductionSizes {
-            branches: #branches, depth: #depth, independent: #independent, steps: #steps,
-            closure: #closure, lower: #lower, upper: #upper,
+            branches: #branches, depth: #depth, independent: #independent, closure: #closure,
+            factors: #factors,
         }
     }
 }

@@ -38,10 +38,8 @@ impl<E: Engine> Mechanism for Executable<E> {
                     branches: reduction.branches.len(),
                     depth: reduction.depth(),
                     independent: reduction.independent.len(),
-                    steps: reduction.steps.len(),
                     closure: reduction.closure.columns.len(),
-                    lower: reduction.lower.columns.len(),
-                    upper: reduction.upper.columns.len(),
+                    factors: reduction.factors(),
                 }
             }),
         }
