@@ -78,6 +78,16 @@ pub(super) fn largest_entries<S: Scalar, const W: usize>(rows: &[Block<S, W>]) -
     largest
 }
 
+/// The sum of the numbers of a block.
+pub(super) fn total<S: Scalar>(block: &[S]) -> S {
+    let mut sums = [S::ZERO; NARROW];
+    for part in block.as_chunks::<NARROW>().0 {
+        sums = core::array::from_fn(|lane| sums[lane] + part[lane]);
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + e) + (b + f)) + ((c + g) + (d + h))
+}
+
 /// A (d x d) becomes A + A^T on and below the diagonal.
 pub(super) fn mirror<S: Scalar>(a: &mut [S], d: usize) -> Result<(), Error> {
     let (expected, given) = (d * d, a.len());

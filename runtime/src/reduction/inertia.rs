@@ -11,7 +11,7 @@
 
 use super::blocks::{
     Block, LINE, MOST_TO_LINE, NARROW, WIDE, at, at_mut, blocks, blocks_mut, largest_entries,
-    mirror, padded, products, reduce, sum_of, width,
+    mirror, padded, products, reduce, sum_of, total, width,
 };
 use super::driven::{Driven, Met};
 use super::elimination::{Elimination, elimination_len};
@@ -43,6 +43,8 @@ pub(super) struct Inertia<'a, S> {
     /// G N of a block of speeds, by branch.
     half: &'a mut [S],
     sweep: Sweep<'a, S>,
+    /// A number for each independent speed.
+    row: &'a mut [S],
     /// x, by branch.
     x: &'a mut [S],
     /// M x, by branch.
@@ -64,7 +66,7 @@ pub(super) struct Bias<'a, S> {
 /// Numbers that [`Inertia`] needs.
 pub(super) const fn inertia_len(sizes: ReductionSizes) -> usize {
     let ReductionSizes { branches, depth, independent: d, .. } = sizes;
-    let in_blocks = (padded(d) + width(d)) * branches;
+    let in_blocks = padded(d) * (branches + 1) + width(d) * branches;
     elimination_len(sizes)
         + MOST_TO_LINE
         + in_blocks
@@ -88,6 +90,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         split(workspace, to_line.min(MOST_TO_LINE))?;
         let null_space = split(workspace, padded * branches)?;
         let half = split(workspace, width(independent) * branches)?;
+        let row = split(workspace, padded)?;
         let sweep = Sweep::of(depth, width(independent), workspace)?;
         let (x, momenta) = (split(workspace, branches)?, split(workspace, branches)?);
         let inertia = split(workspace, independent * independent)?;
@@ -99,6 +102,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             null_space,
             half,
             sweep,
+            row,
             x,
             momenta,
             inertia,
@@ -253,7 +257,14 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         self.read_x(x);
         self.elimination.take_rows(&self.reduction, terms.closure, self.x, wanted)?;
         self.solve_closure(wanted)?;
-        Ok(self.add_x(x))
+        let mut largest = S::ZERO;
+        for (&change, branch) in self.x.iter().zip(self.reduction.branches) {
+            if let Some(x) = x.get_mut(usize::from(branch.joint)) {
+                *x += change;
+                largest = largest.max(change.abs());
+            }
+        }
+        Ok(largest)
     }
 
     /// The largest u^2 / s^3 of the rows of J with pivots s, with the speeds of the joints that a row moves.
@@ -362,27 +373,28 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     }
 
     /// `out += sign N y`, in the order of u.
-    pub fn combine(&mut self, sign: S, y: &[S], out: &mut [S]) -> Result<(), Error> {
-        self.x.fill(S::ZERO);
-        for (&branch, &y) in self.reduction.independent.iter().zip(y) {
-            *at_mut(self.x, branch)? = sign * y;
+    pub fn combine(&mut self, sign: S, y: &[S], out: &mut [S]) {
+        self.row.fill(S::ZERO);
+        for (place, &y) in self.row.iter_mut().zip(y) {
+            *place = sign * y;
         }
-        // By elimination, which reads less than N has.
-        let x = self.x.as_chunks_mut::<1>().0;
-        self.elimination.substitute(&self.reduction, x, core::iter::empty())?;
-        self.add_x(out);
-        Ok(())
+        match width(self.independent) {
+            NARROW => self.combine_blocks::<NARROW>(out),
+            _ => self.combine_blocks::<WIDE>(out),
+        }
     }
 
-    /// Adds x in the order of u; returns its largest number.
-    fn add_x(&self, out: &mut [S]) -> S {
-        let mut largest = S::ZERO;
-        for (&x, branch) in self.x.iter().zip(self.reduction.branches) {
+    fn combine_blocks<const W: usize>(&self, out: &mut [S]) {
+        let branches = self.reduction.branches;
+        let (rows, y) = (self.null_space.as_chunks::<W>().0, self.row.as_chunks::<W>().0);
+        for (index, branch) in branches.iter().enumerate() {
+            let mut sums = [S::ZERO; W];
+            for (n, y) in rows.iter().skip(index).step_by(branches.len()).zip(y) {
+                sums = core::array::from_fn(|lane| n[lane].mul_add(y[lane], sums[lane]));
+            }
             if let Some(out) = out.get_mut(usize::from(branch.joint)) {
-                *out += x;
-                largest = largest.max(x.abs());
+                *out += total(&sums);
             }
         }
-        largest
     }
 }

@@ -130,7 +130,7 @@ fn reduced<Y: Mechanism>(
         if !inertia.solve(a, &mut driven, met)? {
             return Ok(nothing());
         }
-        inertia.combine(Y::Scalar::ONE, a, out)?;
+        inertia.combine(Y::Scalar::ONE, a, out);
         driven.add_torques(torques);
     }
     if let Entries::Large(largest) = entries {
@@ -272,7 +272,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
             p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
         });
         let is_solved = inertia.solve(along, driven, met)?;
-        inertia.combine(-S::ONE, along, p)?;
+        inertia.combine(-S::ONE, along, p);
         Ok(is_solved)
     }
 }
