@@ -41,7 +41,7 @@ pub(super) fn blocks<S, const W: usize>(
 pub(super) fn blocks_mut<S, const W: usize>(
     matrix: &mut [S],
     branches: usize,
-) -> impl DoubleEndedIterator<Item = &mut [Block<S, W>]> + ExactSizeIterator {
+) -> impl Iterator<Item = &mut [Block<S, W>]> {
     matrix.as_chunks_mut().0.chunks_exact_mut(branches.max(1))
 }
 

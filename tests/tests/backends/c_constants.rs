@@ -23,9 +23,8 @@ use super::c_free::free_sixbar;
 /// The numbers that algorithms may contain: any other is a constant with a name.
 const PLAIN: [&str; 6] = ["0", "1", "2", "0.5", "0.0", "1.0"];
 
-/// Numbers that C and the runtime do not share as tolerances, by the file they stand in: Runge-Kutta's weights
-/// and stages, de l'Hospital's third; the numbers of a quaternion, of coordinates and of speeds; what derivatives and runs of many steps need, which C has not; how many
-/// columns or rows fit the registers; a line of the cache.
+/// Numbers that C and the runtime do not share as tolerances, by file: Runge-Kutta's weights and stages, de l'Hospital's third; the
+/// numbers of a quaternion, coordinates and speeds; what C has not; how many columns or rows fit the registers; a line of the cache.
 const OTHERS: [(&str, &[&str]); 11] = [
     ("free_bodies.c", &["3", "4", "6", "7"]),
     ("free_body.rs", &["2.0", "3", "4", "6", "7"]),
