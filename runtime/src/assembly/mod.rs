@@ -127,7 +127,7 @@ pub(crate) fn assemble_pinned<Y: Mechanism>(
 }
 
 /// A number between -1 and 1, always the same for the same arguments.
-fn noise<S: Scalar>(restart: usize, joint: usize) -> S {
+pub(crate) fn noise<S: Scalar>(restart: usize, joint: usize) -> S {
     let mut bits = (restart as u64 * NOISE_STRIDE + joint as u64 + 1).wrapping_mul(NOISE_INCREMENT);
     bits = (bits ^ (bits >> NOISE_SHIFT_1)).wrapping_mul(NOISE_FACTOR_1);
     bits = (bits ^ (bits >> NOISE_SHIFT_2)).wrapping_mul(NOISE_FACTOR_2);

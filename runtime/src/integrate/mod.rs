@@ -7,6 +7,7 @@
 //! By default each accepted step ends with a projection onto the closure, so that loops stay closed
 //! without parameters to tune.
 
+mod derivatives;
 mod dopri5;
 mod euler;
 mod fixed;

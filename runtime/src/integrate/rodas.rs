@@ -9,21 +9,22 @@
 //! y'    = y + sum_j A_5j k_j + k_5 + k_6          error = k_6
 //! ```
 //!
-//! dF/dy has the blocks 0, 1, da/dq, da/du, so that one matrix of N x N is factored per step.
-//! Steps end with a projection onto the closure, as everywhere.
+//! How W is factored: [`Derivatives`]. Steps end with a projection onto the closure, as everywhere.
 
+use super::derivatives::{Derivatives, Place};
 use super::rodasp::{A, C, GAMMA, PLACE, STAGES, TIME};
 use super::steps::{Steps, first_step};
 use super::{Integrator, Stabilisation, accelerate_beside, strayed};
-use crate::jacobian::{Differentiated, differentiate};
-use crate::linear::{add_scaled, dot, reflect, set_scaled, solve, tolerance};
+use crate::linear::{add_scaled, dot, set_scaled, tolerance};
 use crate::projection::{project_stage, project_to_rounding};
 use crate::rank::Fading;
-use crate::{Arithmetic, Error, JacobianMut, Mechanism, Scalar, StateOf, acceleration};
+use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf, acceleration};
 
 /// How far ahead of a state whose derivatives are rough others are looked for, in singular values that
 /// are: beyond the singular state.
 const AHEAD: f64 = 3.0;
+/// Taken for the length of the first step before it is known, s.
+const UNKNOWN_STEP: f64 = 1e-3;
 /// The continuous extension, of order 3.
 const DENSE: [[f64; 5]; 2] = [
     [25.09876703708589, 11.62013104361867, 28.49148307714626, -5.664021568594133, 0.0],
@@ -55,15 +56,8 @@ pub struct Rodas<Y: Mechanism> {
     /// Smallest step, s; below it (or where time no longer advances) integration fails.
     pub min_step: Y::Scalar,
     workspace: Y::Workspace,
-    /// da/dq and da/du at the start of the step.
-    by_position: Y::Matrix,
-    by_speed: Y::Matrix,
-    /// da/dt and a there.
-    by_time: Y::Speeds,
-    acceleration: Y::Speeds,
-    /// W reduced to u, factored.
-    matrix: Y::Matrix,
-    diagonal: Y::Speeds,
+    /// At the start of the step.
+    derivatives: Derivatives<Y>,
     /// k of the stages: their parts in q, along the directions of u, and in u.
     positions: [Y::Speeds; STAGES],
     speeds: [Y::Speeds; STAGES],
@@ -72,9 +66,6 @@ pub struct Rodas<Y: Mechanism> {
     rate: Y::Coordinates,
     start: StateOf<Y>,
     end: StateOf<Y>,
-    /// Whether the step begins next to a singular state, or rows depend on each other: the acceleration is then that of the nearest
-    /// closed state, at every stage, and its Jacobian, too.
-    closed: bool,
     steps: Steps<Y::Scalar>,
 }
 
@@ -90,19 +81,13 @@ impl<Y: Mechanism> Rodas<Y> {
             max_step: Y::Scalar::from_f64(f64::INFINITY),
             min_step: zero,
             workspace: system.workspace(),
-            by_position: system.matrix(),
-            by_speed: system.matrix(),
-            by_time: system.speeds(),
-            acceleration: system.speeds(),
-            matrix: system.matrix(),
-            diagonal: system.speeds(),
+            derivatives: Derivatives::new(system),
             positions: core::array::from_fn(|_| system.speeds()),
             speeds: core::array::from_fn(|_| system.speeds()),
             ahead: system.speeds(),
             rate: state.q.clone(),
             start: state.clone(),
             end: state,
-            closed: false,
             steps: Steps::new(4.0),
         }
     }
@@ -110,35 +95,30 @@ impl<Y: Mechanism> Rodas<Y> {
     /// The Jacobian at the start of a step, and the acceleration there. Where a motion passes so close
     /// to a singular state that derivatives have lost their digits, it is that of a little further on.
     fn linearise(&mut self, system: &Y, state: &StateOf<Y>) -> Result<(), Error> {
-        let found = self.differentiate(system, state)?;
-        self.closed = found != Differentiated::Given;
+        let step = if self.steps.next > Y::Scalar::ZERO {
+            self.steps.next
+        } else {
+            Y::Scalar::from_f64(UNKNOWN_STEP)
+        };
+        let is_rough = self.derivatives.at(system, state, step, &mut self.workspace)?;
+        let place = self.derivatives.place;
         let speed = dot(state.u.as_ref(), state.u.as_ref()).sqrt();
-        if found == Differentiated::Rough && speed > Y::Scalar::ZERO {
+        if is_rough && speed > Y::Scalar::ZERO {
             let mut ahead = state.clone();
             let time = Y::Scalar::from_f64(AHEAD) * Fading::of_rounding().rough / speed;
             set_scaled(self.ahead.as_mut(), time, state.u.as_ref());
             system.advance(ahead.q.as_mut(), self.ahead.as_ref());
             let (q, u) = (ahead.q.as_mut(), ahead.u.as_mut());
             project_stage(system, ahead.t, q, u, self.workspace.as_mut())?;
-            self.differentiate(system, &ahead)?;
+            self.derivatives.at(system, &ahead, step, &mut self.workspace)?;
+            self.derivatives.place = place;
         }
-        if self.closed {
+        if place != Place::Given {
             let at = (state.t, &state.q, &state.u);
-            let (workspace, out) = (&mut self.workspace, &mut self.acceleration);
+            let (workspace, out) = (&mut self.workspace, &mut self.derivatives.acceleration);
             Stabilisation::Projection.accelerate(system, Y::Scalar::ZERO, at, workspace, out)?;
         }
         Ok(())
-    }
-
-    fn differentiate(&mut self, system: &Y, state: &StateOf<Y>) -> Result<Differentiated, Error> {
-        let out = JacobianMut {
-            acceleration: self.acceleration.as_mut(),
-            dq: self.by_position.as_mut(),
-            du: self.by_speed.as_mut(),
-            dt: self.by_time.as_mut(),
-        };
-        let (q, u) = (state.q.as_ref(), state.u.as_ref());
-        differentiate(system, state.t, q, u, true, self.workspace.as_mut(), out)
     }
 
     /// As [`extend`] for q, whose stages lie along the directions of u.
@@ -162,17 +142,7 @@ impl<Y: Mechanism> Rodas<Y> {
         let of = Y::Scalar::from_f64;
         let ahead = step * of(GAMMA);
         let n = self.start.u.as_ref().len();
-        // k_q = ahead (r_q + k_u) leaves
-        // (1 / ahead - da/du - ahead da/dq) k_u = r_u + ahead da/dq r_q.
-        let (by_position, by_speed) = (self.by_position.as_ref(), self.by_speed.as_ref());
-        let matrix = self.matrix.as_mut();
-        for (i, entry) in matrix.iter_mut().enumerate() {
-            *entry = -by_speed[i] - ahead * by_position[i];
-            if i / n == i % n {
-                *entry += Y::Scalar::ONE / ahead;
-            }
-        }
-        if !reflect(matrix, self.diagonal.as_mut()) {
+        if !self.derivatives.factor(ahead) {
             return Ok(of(f64::NAN));
         }
         for stage in 0..STAGES {
@@ -213,7 +183,7 @@ impl<Y: Mechanism> Rodas<Y> {
         stage: usize,
     ) -> Result<(), Error> {
         let of = Y::Scalar::from_f64;
-        let Self { workspace, positions, speeds, start, end, closed, ahead: sum, .. } = self;
+        let Self { workspace, derivatives, positions, speeds, start, end, ahead: sum, .. } = self;
         if stage < STAGES - 1 {
             end.q.clone_from(&start.q);
             end.u.clone_from(&start.u);
@@ -228,40 +198,48 @@ impl<Y: Mechanism> Rodas<Y> {
             add_scaled(end.u.as_mut(), Y::Scalar::ONE, speeds[stage - 1].as_ref());
         }
         if stage == 0 {
-            speeds[0].clone_from(&self.acceleration);
+            speeds[0].clone_from(&derivatives.acceleration);
         } else {
             let t = start.t + step * of(PLACE[stage]);
             let (q, u, out) = (&end.q, &end.u, &mut speeds[stage]);
-            let is_redundant = system.dimensions().rank < system.dimensions().rows;
-            if *closed && is_redundant {
-                let workspace = workspace.as_mut();
-                accelerate_beside(system, (t, q, u), workspace, out.as_mut())?;
-            } else if *closed {
-                let none = Y::Scalar::ZERO;
-                Stabilisation::Projection.accelerate(system, none, (t, q, u), workspace, out)?;
-            } else {
-                let (q, u, out) = (q.as_ref(), u.as_ref(), out.as_mut());
-                acceleration(system, t, q, u, workspace.as_mut(), out)?;
+            match derivatives.place {
+                Place::Closed => {
+                    let workspace = workspace.as_mut();
+                    accelerate_beside(system, (t, q, u), workspace, out.as_mut())?;
+                }
+                Place::ClosedIfWeak => {
+                    let none = Y::Scalar::ZERO;
+                    Stabilisation::Projection.accelerate(
+                        system,
+                        none,
+                        (t, q, u),
+                        workspace,
+                        out,
+                    )?;
+                }
+                Place::Given => {
+                    let (q, u, out) = (q.as_ref(), u.as_ref(), out.as_mut());
+                    acceleration(system, t, q, u, workspace.as_mut(), out)?;
+                }
             }
         }
         let (before, now) = positions.split_at_mut(stage);
         let (speeds_before, speeds_now) = speeds.split_at_mut(stage);
         let (position, speed) = (now[0].as_mut(), speeds_now[0].as_mut());
         position.copy_from_slice(end.u.as_ref());
-        add_scaled(speed, of(TIME[stage]) * step, self.by_time.as_ref());
+        add_scaled(speed, of(TIME[stage]) * step, derivatives.by_time.as_ref());
         for (earlier, &c) in C[stage].iter().enumerate().take(stage) {
             let weight = of(c) / step;
             add_scaled(position, weight, before[earlier].as_ref());
             add_scaled(speed, weight, speeds_before[earlier].as_ref());
         }
-        let n = position.len();
-        for (value, row) in speed.iter_mut().zip(self.by_position.as_ref().chunks_exact(n.max(1))) {
-            *value += ahead * dot(row, position);
-        }
-        solve(self.matrix.as_ref(), self.diagonal.as_ref(), speed);
-        for (position, &speed) in position.iter_mut().zip(&*speed) {
-            *position = ahead * (*position + speed);
-        }
+        derivatives.solve(
+            (system, start.q.as_ref()),
+            ahead,
+            [position, speed],
+            sum.as_mut(),
+            workspace,
+        )?;
         Ok(())
     }
 }
@@ -273,7 +251,7 @@ impl<Y: Mechanism> Integrator<Y> for Rodas<Y> {
         if !(self.steps.next > Y::Scalar::ZERO) {
             let (q, u) = (state.q.as_ref(), state.u.as_ref());
             system.write_rates(q, u, self.rate.as_mut());
-            let parts = [(q, self.rate.as_ref()), (u, self.acceleration.as_ref())];
+            let parts = [(q, self.rate.as_ref()), (u, self.derivatives.acceleration.as_ref())];
             self.steps.next = first_step(parts, [self.relative, self.absolute]);
         }
         let bounds = [self.min_step, self.max_step];

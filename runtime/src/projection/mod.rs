@@ -124,6 +124,30 @@ pub(crate) fn project_stage<Y: Mechanism>(
     Ok(())
 }
 
+/// Of speeds v, those along the closure that are nearest in the metric of M, in their place: by the system's own elimination at q, as far
+/// as that can be trusted. Without driven joints.
+pub(crate) fn along_closure<Y: Mechanism>(
+    system: &Y,
+    q: &[Y::Scalar],
+    v: &mut [Y::Scalar],
+    mut workspace: &mut [Y::Scalar],
+) -> Result<Trust<Y::Scalar>, Error> {
+    let dimensions = system.dimensions();
+    let Dimensions { speeds: n, loops, .. } = dimensions;
+    let residual = split(&mut workspace, 9 * loops)?;
+    let (positions, speeds) = (split(&mut workspace, n)?, split(&mut workspace, n)?);
+    let out = ProjectionMut { residual, positions, speeds: &mut *speeds };
+    let trust = match suitable(system) {
+        Some(reduction) => {
+            let mut correction = Correction::of(system, reduction, &mut &mut *workspace)?;
+            correction.write(system, (Y::Scalar::ZERO, q, v), out)?
+        }
+        None => Trust::of(dimensions, system.write_projection(q, v, out)?),
+    };
+    subtract(v, speeds)?;
+    Ok(trust)
+}
+
 /// With a decision on the rank. Much code, seldom needed: not to be inlined.
 #[inline(never)]
 fn generally<Y: Mechanism>(
