@@ -11,7 +11,7 @@
 //! to the singular value decomposition", 1999), and costs as much as one sweep of Jacobi's method. Where no value is near
 //! the cut between those that count and those that do not, the decision on the rank is the same.
 
-use super::{Kept, add_scaled, dot, exchange, rows_of_mut};
+use super::{Kept, add_scaled, dot, exchange, orthogonalise, rows_of_mut};
 use crate::constants::{CLEAR_FACTOR, NEGLIGIBLE_EPSILONS, ORTHOGONAL_PASSES, PARTS_OF_SUM};
 use crate::{Error, Scalar};
 
@@ -42,6 +42,23 @@ pub(crate) fn clearly_independent<S: Scalar>(
     let largest = lengths.clone().fold(S::ZERO, |most, length| most.max(length));
     let least = lengths.fold(largest, |least, length| least.min(length));
     Ok(Some(Kept { rank, least: least / largest, dropped: next / first }))
+}
+
+/// Makes the rows of `a` (m x n) orthogonal, and turns those of `b` (m x any but 0) with them: Jacobi's method for those below the
+/// share `weak` of the longest column, which are then as long as the singular values to the square of that share. Returns how many remain.
+pub(crate) fn orthogonalise_weak<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    [m, n]: [usize; 2],
+    weak: S,
+) -> Result<usize, Error> {
+    let width = b.len() / m.max(1);
+    let strong = reduce_longest(a, b, [m, n], weak)?.rank;
+    for _ in 0..ORTHOGONAL_PASSES {
+        take_out_first(a, b, n, strong);
+    }
+    let rest = (rows_of_mut(a, n, strong..m)?, rows_of_mut(b, width, strong..m)?);
+    Ok(strong + orthogonalise(rest.0, rest.1, m - strong, n)?)
 }
 
 /// Of each group of `a` (m x n) of so many rows, moves those to the front that are independent within it, and the rows of
@@ -79,11 +96,19 @@ pub(crate) fn orthogonalise_independent<S: Scalar>(a: &mut [S], b: &mut [S], n: 
 
 /// Takes of each row of `a` (of n columns) what lies along those before it, and of `b` with them (modified Gram-Schmidt).
 fn take_out<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
+    take_out_first(a, b, n, usize::MAX);
+}
+
+/// As [`take_out`], what lies along the first `count` rows.
+fn take_out_first<S: Scalar>(a: &mut [S], b: &mut [S], n: usize, count: usize) {
+    let mut left = count;
     let width = b.len() / (a.len() / n.max(1)).max(1);
     let (mut rest, mut rest_b) = (a, b);
     while let (Some((row, later)), Some((row_b, later_b))) =
         (rest.split_at_mut_checked(n.max(1)), rest_b.split_at_mut_checked(width.max(1)))
+        && left > 0
     {
+        left -= 1;
         let scale = -S::ONE / dot_in_parts(row, row);
         let others = later.chunks_exact_mut(n.max(1)).zip(later_b.chunks_exact_mut(width.max(1)));
         for (other, other_b) in others {
@@ -96,7 +121,7 @@ fn take_out<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
 }
 
 /// a . b by several sums side by side, which do not wait for each other.
-fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
+pub(super) fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
     let mut sums = [S::ZERO; PARTS_OF_SUM];
     let (a, b) = (a.chunks_exact(PARTS_OF_SUM), b.chunks_exact(PARTS_OF_SUM));
     let rest = dot(a.remainder(), b.remainder());
