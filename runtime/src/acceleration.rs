@@ -23,6 +23,7 @@ use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
 use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut};
 use crate::rank::{Fading, Gap};
+use crate::reduction::fading;
 use crate::trust::{Trust, direct, trusted};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar, reduction};
@@ -202,7 +203,14 @@ fn solve<Y: Mechanism>(
     {
         return Ok(constraint);
     }
-    decide(system, dimensions, state, zone(), workspace, out, lambda)
+    let zone = zone();
+    if lambda.is_none()
+        && let Some(constraint) =
+            fading::accelerate(system, state, zone, may_be_open, workspace, out)?
+    {
+        return Ok(constraint);
+    }
+    decide(system, dimensions, state, zone, workspace, out, lambda)
 }
 
 /// du/dt by the eliminations that the system has, the cheaper first; nothing where none can be trusted. A function of its own, so that

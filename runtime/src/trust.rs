@@ -101,7 +101,7 @@ pub(crate) fn trusted<Y: Mechanism>(
 
 /// By how much the loops are open next to a singular state. Seldom needed: not to be inlined.
 #[inline(never)]
-fn beside<Y: Mechanism>(
+pub(crate) fn beside<Y: Mechanism>(
     system: &Y,
     (q, u): (&[Y::Scalar], &[Y::Scalar]),
     mut workspace: &mut [Y::Scalar],

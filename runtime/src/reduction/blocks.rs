@@ -111,9 +111,10 @@ pub(super) fn mirror<S: Scalar>(a: &mut [S], d: usize) -> Result<(), Error> {
 /// Rows of a tile of [`products`]: its sums stay in the registers of a processor.
 const TILE: usize = 4;
 
-/// N^T B, for N and B by branch, and the same of what follows the last column of N.
+/// N^T B, for N of d columns and B by branch, and the same of what follows the last column of N.
 pub(super) fn products<S: Scalar, const W: usize>(
     reduction: &Reduction<'_, S>,
+    d: usize,
     n: &[Block<S, W>],
     b: &[Block<S, W>],
 ) -> Result<[Block<S, W>; W], Error> {
@@ -121,8 +122,7 @@ pub(super) fn products<S: Scalar, const W: usize>(
     for (sums, &branch) in products.iter_mut().zip(reduction.independent) {
         *sums = *at(b, branch)?;
     }
-    let count = reduction.independent.len() + 1;
-    let tiles = products.as_chunks_mut::<TILE>().0.iter_mut().take(count.div_ceil(TILE));
+    let tiles = products.as_chunks_mut::<TILE>().0.iter_mut().take((d + 1).div_ceil(TILE));
     for (tile, sums) in tiles.enumerate() {
         let mut found = *sums;
         for &branch in reduction.steps.as_flattened() {

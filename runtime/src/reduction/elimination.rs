@@ -15,6 +15,8 @@
 use super::blocks::{Block, at, at_mut, sum_of};
 use super::pattern::ROWS;
 use super::{Reduction, ReductionSizes};
+use crate::constants::WEAK_SHARE;
+use crate::linear::dot;
 use crate::workspace::split;
 use crate::{Error, Scalar};
 
@@ -99,6 +101,20 @@ impl<'a, S: Scalar> Elimination<'a, S> {
         Ok(largest)
     }
 
+    /// Whether every pivot is a hundredth of the length of its row of J, or not weak.
+    pub fn is_suitable(&self, reduction: &Reduction<'_, S>, closure: &[S]) -> bool {
+        let weak = S::from_f64(WEAK_SHARE);
+        let pivots = self.within.iter().flat_map(|within| (0..ROWS).map(|row| within[row][row]));
+        let joints = reduction.steps.as_flattened().iter().map(|&joint| usize::from(joint));
+        joints.zip(pivots).filter(|(joint, _)| *joint < reduction.branches.len()).all(
+            |(joint, inverse)| {
+                let row = reduction.closure.entries_of(joint, closure);
+                // Written so that NaN is not suitable.
+                inverse.abs() * weak * dot(row, row).sqrt().min(S::ONE) <= S::ONE
+            },
+        )
+    }
+
     /// The dependent joints' rows of x beside those of the independent joints, which are given, so that J x = b, for b by the order
     /// of the elimination.
     #[inline(always)]
@@ -177,7 +193,7 @@ impl<'a, S: Scalar> Elimination<'a, S> {
     }
 
     /// The transpose of [`substitute`](Self::substitute), in place: rows of independent joints become the sums over all joints of
-    /// their entries of N times the joint's row.
+    /// their entries of N times the joint's row, and those of the others the same for what their rows of J have to be.
     pub fn take_back<const W: usize>(
         &self,
         reduction: &Reduction<'_, S>,
@@ -202,6 +218,7 @@ impl<'a, S: Scalar> Elimination<'a, S> {
             let [mut a, mut b, c] = [get(x, joints[0]), get(x, joints[1]), get(x, joints[2])];
             b = sum_of(-within[2][1], &c, &b);
             a = sum_of(-within[1][0], &b, &sum_of(-within[2][0], &c, &a));
+            put(x, *joints, [&a, &b, &c]);
             for (&column, factors) in reduction.lower.of(step, self.lower) {
                 let x = at_mut(x, column)?;
                 *x = sum_of(-factors[0], &a, x);

@@ -18,6 +18,7 @@
 mod blocks;
 mod driven;
 mod elimination;
+pub(crate) mod fading;
 mod inertia;
 mod pattern;
 mod sweep;
@@ -25,12 +26,14 @@ mod sweep;
 pub use pattern::{Branch, ROWS, Reduction, ReductionParts, ReductionSizes, Rows};
 
 use driven::{Driven, Met, driven_len};
+use fading::FadingRows;
 use inertia::{Bias, Entries, Inertia, inertia_len};
 use sweep::PARTS;
 
-use crate::constants::CHANGE_OF_REFINEMENT;
-use crate::linear::max_abs;
+use crate::constants::{CHANGE_OF_REFINEMENT, WEAK_SHARE};
+use crate::linear::{dot, max_abs, max_abs_of_many, rows_of_mut};
 use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
+use crate::rank::Gap;
 use crate::trust::Trust;
 use crate::workspace::split;
 use crate::{Arithmetic, Error, Mechanism, Scalar};
@@ -93,56 +96,123 @@ fn reduced<Y: Mechanism>(
     out: &mut [Y::Scalar],
     torques: Option<&mut [Y::Scalar]>,
 ) -> Result<Found<Y::Scalar>, Error> {
-    let workspace = &mut &mut *workspace;
-    let Dimensions { reduction: sizes, speeds: n, drives, rank, .. } = system.dimensions();
-    let d = sizes.independent;
-    let mut terms = Terms::of(sizes, workspace)?;
-    let (opening, forces) = (split(workspace, sizes.dependent())?, split(workspace, n)?);
-    let a = split(workspace, d)?;
-    let mut driven = Driven::of(drives, d, workspace)?;
-    let mut inertia = Inertia::of(reduction, sizes, workspace)?;
-    reduction.parts.write_acceleration((t, q, u), terms.write(), opening, forces)?;
-    let trust = inertia.eliminate(&terms)?;
-    if trust == Trust::Doubtful {
+    let mut motion = Motion::of(system, reduction, &mut &mut *workspace)?;
+    motion.write(reduction, (t, q, u))?;
+    let trust = motion.inertia.eliminate(&motion.terms)?;
+    if trust == Trust::Doubtful || !motion.solve(system, t, out, torques.unwrap_or_default())? {
         return Ok(nothing());
     }
-    let Some(entries) = inertia.fill(&terms, Bias { opening, forces })? else {
-        return Ok(nothing());
-    };
-    inertia.bias(out, a);
-    let torques = torques.unwrap_or_default();
-    torques.fill(Y::Scalar::ZERO);
-    let mut change = Y::Scalar::ZERO;
-    // What rounding has taken from N, p and the factor of H shows in what is left of both equations.
-    let is_one_pass = inertia.is_exact() && entries == Entries::Small;
-    let passes: &[Met] = if is_one_pass { &[Met::Here] } else { &[Met::Here, Met::Elsewhere] };
-    for &met in passes {
-        if met == Met::Elsewhere {
-            if let Entries::Large(_) = entries {
-                change = inertia.close(&terms, opening, out)?;
+    let rate = if trust == Trust::Strong { Y::Scalar::ZERO } else { motion.inertia.rate(u) };
+    Ok((trust, system.dimensions().rank + motion.driven.rank(), rate))
+}
+
+/// The equations of motion at a state.
+struct Motion<'a, S> {
+    terms: Terms<'a, S>,
+    /// What the rows of J times du/dt have to be.
+    opening: &'a mut [S],
+    forces: &'a mut [S],
+    /// Independent accelerations.
+    a: &'a mut [S],
+    driven: Driven<'a, S>,
+    inertia: Inertia<'a, S>,
+}
+
+impl<'a, S: Scalar> Motion<'a, S> {
+    /// Room for it.
+    fn of<Y: Mechanism<Scalar = S>>(
+        system: &Y,
+        reduction: Reduction<'a, S>,
+        workspace: &mut &'a mut [S],
+    ) -> Result<Self, Error> {
+        let Dimensions { reduction: sizes, speeds, drives, loops, .. } = system.dimensions();
+        let d = sizes.most_independent(speeds, loops);
+        Ok(Self {
+            terms: Terms::of(sizes, workspace)?,
+            opening: split(workspace, sizes.dependent())?,
+            forces: split(workspace, speeds)?,
+            a: split(workspace, d)?,
+            driven: Driven::of(drives, d, workspace)?,
+            inertia: Inertia::of(reduction, sizes, d, workspace)?,
+        })
+    }
+
+    fn write(&mut self, reduction: Reduction<'_, S>, state: (S, &[S], &[S])) -> Result<(), Error> {
+        let Self { terms, opening, forces, .. } = self;
+        reduction.parts.write_acceleration(state, terms.write(), opening, forces)
+    }
+
+    /// Eliminates the closure without the rows whose directions are not known; `replace` is given the place of each row in the order of
+    /// the elimination, its joint, its entries and what it times du/dt has to be, and returns whether it has written others. Returns the
+    /// number of rows that are left out; nothing if pivots fade without their rows.
+    fn leave_out(
+        &mut self,
+        rows: &FadingRows<'_, S>,
+        mut replace: impl FnMut(usize, u16, &mut [S], &mut S) -> bool,
+    ) -> Result<Option<usize>, Error> {
+        let Self { terms, opening, inertia, .. } = self;
+        inertia.keep_rows();
+        let mut left_out = 0;
+        for (index, (joint, opening)) in rows.joints().zip(opening.iter_mut()).enumerate() {
+            let row = rows.entries_mut(joint, terms.closure);
+            if replace(index, joint, row, opening) || rows.is_known(row) {
+                continue;
             }
-            inertia.imbalance(&terms, (forces, out), a)?;
+            if !inertia.free(joint, terms.closure)? {
+                return Ok(None);
+            }
+            *opening = S::ZERO;
+            left_out += 1;
         }
-        driven.prescribe(system, t, &inertia, |drive| match out.get(drive.joint) {
-            Some(&found) => drive.acceleration - found,
-            None => drive.acceleration,
-        });
-        if !inertia.solve(a, &mut driven, met)? {
-            return Ok(nothing());
+        inertia.eliminate(terms)?;
+        Ok(inertia.is_suitable(terms).then_some(left_out))
+    }
+
+    /// du/dt, and the torque of each driven joint, after the elimination; returns whether they can be trusted.
+    fn solve<Y: Mechanism<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        t: S,
+        out: &mut [S],
+        torques: &mut [S],
+    ) -> Result<bool, Error> {
+        let Self { terms, opening, forces, a, driven, inertia } = self;
+        let Some(entries) = inertia.fill(terms, Bias { opening, forces })? else {
+            return Ok(false);
+        };
+        if inertia.is_freed() && entries != Entries::Small {
+            return Ok(false);
         }
-        inertia.combine(Y::Scalar::ONE, a, out);
-        driven.add_torques(torques);
+        let a = rows_of_mut(a, 1, 0..inertia.independent())?;
+        inertia.bias(out, a);
+        torques.fill(S::ZERO);
+        let mut change = S::ZERO;
+        // What rounding has taken from N, p and the factor of H shows in what is left of both equations.
+        let is_one_pass = inertia.is_exact() && entries == Entries::Small;
+        let passes: &[Met] = if is_one_pass { &[Met::Here] } else { &[Met::Here, Met::Elsewhere] };
+        for &met in passes {
+            if met == Met::Elsewhere {
+                if let Entries::Large(_) = entries {
+                    change = inertia.close(terms, opening, out)?;
+                }
+                inertia.imbalance(terms, (forces, out), a)?;
+            }
+            driven.prescribe(system, t, inertia, |drive| match out.get(drive.joint) {
+                Some(&found) => drive.acceleration - found,
+                None => drive.acceleration,
+            });
+            if !inertia.solve(a, driven, met)? {
+                return Ok(false);
+            }
+            inertia.combine(S::ONE, a, out);
+            driven.add_torques(torques);
+        }
+        if let Entries::Large(largest) = entries {
+            change = change.max(largest * max_abs(a));
+        }
+        let allowed = S::from_f64(CHANGE_OF_REFINEMENT) * max_abs(out);
+        Ok(change <= allowed && out.iter().all(|x| x.is_finite()))
     }
-    if let Entries::Large(largest) = entries {
-        change = change.max(largest * max_abs(a));
-    }
-    let allowed = Y::Scalar::from_f64(CHANGE_OF_REFINEMENT) * max_abs(out);
-    let is_trusted = change <= allowed && out.iter().all(|x| x.is_finite());
-    if !is_trusted {
-        return Ok(nothing());
-    }
-    let rate = if trust == Trust::Strong { Y::Scalar::ZERO } else { inertia.rate(u) };
-    Ok((trust, rank + driven.rank(), rate))
 }
 
 /// Where there are no results.
@@ -174,7 +244,7 @@ enum Of {
 
 /// What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u.
 pub(crate) struct Correction<'a, S> {
-    parts: &'a dyn ReductionParts<S>,
+    reduction: Reduction<'a, S>,
     terms: Terms<'a, S>,
     /// What the rows of J have to take from q and from u.
     openings: [&'a mut [S]; 2],
@@ -192,14 +262,15 @@ impl<'a, S: Scalar> Correction<'a, S> {
         reduction: Reduction<'a, S>,
         workspace: &mut &'a mut [S],
     ) -> Result<Self, Error> {
-        let Dimensions { reduction: sizes, drives, .. } = system.dimensions();
+        let Dimensions { reduction: sizes, speeds, drives, loops, .. } = system.dimensions();
+        let d = sizes.most_independent(speeds, loops);
         Ok(Self {
-            parts: reduction.parts,
+            reduction,
             terms: Terms::of(sizes, workspace)?,
             openings: [split(workspace, sizes.dependent())?, split(workspace, sizes.dependent())?],
-            along: split(workspace, sizes.independent)?,
-            driven: Driven::of(drives, sizes.independent, workspace)?,
-            inertia: Inertia::of(reduction, sizes, workspace)?,
+            along: split(workspace, d)?,
+            driven: Driven::of(drives, d, workspace)?,
+            inertia: Inertia::of(reduction, sizes, d, workspace)?,
             known: None,
         })
     }
@@ -226,8 +297,12 @@ impl<'a, S: Scalar> Correction<'a, S> {
         let ProjectionMut { mut residual, positions, speeds } = out;
         let of_loops = split(&mut residual, 9 * system.dimensions().loops)?;
         let openings = self.openings.each_mut().map(|opening| &mut **opening);
-        self.parts.write_projection(q, u, self.terms.write(), of_loops, openings)?;
-        let eliminated = self.inertia.eliminate(&self.terms)?;
+        self.reduction.parts.write_projection(q, u, self.terms.write(), of_loops, openings)?;
+        let mut eliminated = self.inertia.eliminate(&self.terms)?;
+        if self.inertia.may_free() && (eliminated != Trust::Strong || self.inertia.is_freed()) {
+            let gap = Gap::of(system, max_abs_of_many(of_loops));
+            eliminated = self.without_unknown_rows(eliminated, gap, u)?;
+        }
         let trust = match self.known {
             Some(trust) => trust,
             None if eliminated == Trust::Doubtful => return Ok(eliminated),
@@ -252,6 +327,50 @@ impl<'a, S: Scalar> Correction<'a, S> {
         Ok(if is_solved { trust } else { Trust::Doubtful })
     }
 
+    /// Leaves out the rows along whose directions Newton's method does not find its way, where there are some; returns how far the
+    /// others can be trusted. Speeds are corrected by no less than what the directions of rows are uncertain by.
+    fn without_unknown_rows(
+        &mut self,
+        eliminated: Trust<S>,
+        gap: Gap<S>,
+        u: &[S],
+    ) -> Result<Trust<S>, Error> {
+        let Self { reduction, terms, openings: [of_positions, of_speeds], inertia, .. } = self;
+        if inertia.is_freed() {
+            inertia.keep_rows();
+            self.known = None;
+        }
+        match eliminated {
+            Trust::Strong => return Ok(eliminated),
+            Trust::Weak(pivot) if gap.shows(pivot) => return Ok(eliminated),
+            Trust::Weak(_) | Trust::Doubtful => {}
+        }
+        inertia.keep_rows();
+        let rows = FadingRows::of(*reduction, gap, terms.closure);
+        let speed = dot(u, u).sqrt();
+        let mut least = S::ONE;
+        let openings = of_positions.iter_mut().zip(of_speeds.iter_mut());
+        for (joint, (of_position, of_speed)) in rows.joints().zip(openings) {
+            let row = rows.entries_mut(joint, terms.closure);
+            let share = rows.share(row);
+            if gap.shows(share) {
+                least = least.min(share);
+                let uncertain = dot(row, row).sqrt() * speed * gap.uncertainty(share);
+                if share < S::from_f64(WEAK_SHARE) && of_speed.abs() <= uncertain {
+                    *of_speed = S::ZERO;
+                }
+                continue;
+            }
+            if !inertia.free(joint, terms.closure)? {
+                return Ok(Trust::Doubtful);
+            }
+            (*of_position, *of_speed) = (S::ZERO, S::ZERO);
+            self.known = None;
+        }
+        inertia.eliminate(terms)?;
+        Ok(if inertia.is_suitable(terms) { Trust::Weak(least) } else { Trust::Doubtful })
+    }
+
     /// Writes p - N y, where a driven joint gets its `excess`.
     fn correct<Y: Mechanism<Scalar = S>>(
         &mut self,
@@ -261,6 +380,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         excess: impl Fn(&Drive<S>) -> S,
     ) -> Result<bool, Error> {
         let Self { terms, openings: [of_positions, of_speeds], along, driven, inertia, .. } = self;
+        let along = rows_of_mut(along, 1, 0..inertia.independent())?;
         // The residuals tell whether joints are where they should be.
         let (opening, met) = match of {
             Of::Positions => (of_positions, Met::Elsewhere),
@@ -280,11 +400,12 @@ impl<'a, S: Scalar> Correction<'a, S> {
 /// Numbers that the algorithms of this module need.
 pub(crate) const fn reduction_len(dimensions: Dimensions) -> usize {
     let Dimensions { reduction: sizes, coordinates, speeds, loops, drives, .. } = dimensions;
-    let ReductionSizes { branches, independent: d, closure, .. } = sizes;
+    let ReductionSizes { branches, closure, .. } = sizes;
+    let d = sizes.most_independent(speeds, loops);
     if branches == 0 {
         return 0;
     }
     let terms = (2 * PARTS + 1) * branches + closure + 2 * sizes.dependent();
     let state = 9 * loops + drives + 2 * speeds + coordinates;
-    terms + d + driven_len(drives, d) + state + inertia_len(sizes)
+    terms + d + driven_len(drives, d) + state + inertia_len(sizes, d)
 }

@@ -3,6 +3,7 @@
 use core::ops::Range;
 
 use crate::Error;
+use crate::constants::FEW_SPEEDS;
 use crate::plumbing::ReductionMut;
 
 /// Rows of J that a step of the elimination takes, at most: a vertex of a sheet has three.
@@ -32,6 +33,14 @@ pub struct Reduction<'a, S> {
     pub is_for_driven: bool,
     /// What depends on the state.
     pub parts: &'a dyn ReductionParts<S>,
+}
+
+impl<'a, S> Reduction<'a, S> {
+    /// The joints that are not independent, in the order in which they are eliminated.
+    pub(super) fn dependent(&self) -> impl Iterator<Item = u16> + Clone + use<'a, S> {
+        let (steps, count) = (self.steps, self.branches.len());
+        steps.as_flattened().iter().copied().filter(move |&joint| usize::from(joint) < count)
+    }
 }
 
 /// Where the rows of a sparse matrix have entries.
@@ -65,6 +74,16 @@ impl<'a> Rows<'a> {
         'a: 's,
     {
         self.columns_of(row).iter().zip(entries.get_mut(self.range(row)).unwrap_or_default())
+    }
+
+    /// The entries of a row.
+    pub(super) fn entries_of<'s, T>(&self, row: usize, entries: &'s [T]) -> &'s [T] {
+        entries.get(self.range(row)).unwrap_or_default()
+    }
+
+    /// As [`entries_of`](Self::entries_of), to write to.
+    pub(super) fn entries_of_mut<'s, T>(&self, row: usize, entries: &'s mut [T]) -> &'s mut [T] {
+        entries.get_mut(self.range(row)).unwrap_or_default()
     }
 
     /// The joints of a row.
@@ -155,6 +174,11 @@ pub struct ReductionSizes {
 impl ReductionSizes {
     /// Those of mechanisms that have no reduction.
     pub const NONE: Self = Self { branches: 0, depth: 0, independent: 0, closure: 0, factors: 0 };
+
+    /// Independent joints at most, where rows of J are left out: one for each loop of a mechanism of many speeds.
+    pub(super) const fn most_independent(self, speeds: usize, loops: usize) -> usize {
+        self.independent + if speeds > FEW_SPEEDS { loops } else { 0 }
+    }
 
     /// Dependent joints: the rows of J that are needed.
     #[must_use]

@@ -9,16 +9,17 @@
 //!
 //! Everything is computed for one block of independent speeds after the other, so that what a step reads stays in the first cache.
 
+mod vectors;
+
 use super::blocks::{
     Block, LINE, MOST_TO_LINE, NARROW, WIDE, at, at_mut, blocks, blocks_mut, largest_entries,
-    mirror, padded, products, reduce, sum_of, total, width,
+    mirror, padded, products, sum_of, width,
 };
-use super::driven::{Driven, Met};
 use super::elimination::{Elimination, elimination_len};
 use super::sweep::{Sweep, sweep_len};
 use super::{Reduction, ReductionSizes, Terms};
 use crate::constants::{REFINED_CONDITIONING, WEIGHT_OF_ENTRY};
-use crate::linear::{backward, factor, forward};
+use crate::linear::{factor, rows_of_mut};
 use crate::trust::{Trust, safe};
 use crate::workspace::split;
 use crate::{Error, Scalar};
@@ -37,6 +38,8 @@ pub(super) struct Inertia<'a, S> {
     reduction: Reduction<'a, S>,
     /// d, the number of independent speeds.
     independent: usize,
+    /// By branch: 1 for joints that are independent because their rows of J are left out, else 0.
+    freed: &'a mut [S],
     elimination: Elimination<'a, S>,
     /// N by block and branch, with p after the last column.
     null_space: &'a mut [S],
@@ -63,41 +66,44 @@ pub(super) struct Bias<'a, S> {
     pub forces: &'a [S],
 }
 
-/// Numbers that [`Inertia`] needs.
-pub(super) const fn inertia_len(sizes: ReductionSizes) -> usize {
-    let ReductionSizes { branches, depth, independent: d, .. } = sizes;
+/// Numbers that [`Inertia`] needs, for `d` independent speeds at most.
+pub(super) const fn inertia_len(sizes: ReductionSizes, d: usize) -> usize {
+    let ReductionSizes { branches, depth, .. } = sizes;
     let in_blocks = padded(d) * (branches + 1) + width(d) * branches;
     elimination_len(sizes)
         + MOST_TO_LINE
         + in_blocks
         + sweep_len(depth, width(d))
-        + 2 * branches
+        + 3 * branches
         + d * d
         + d
 }
 
 impl<'a, S: Scalar> Inertia<'a, S> {
-    /// Room for it.
+    /// Room for it, for so many independent speeds at most.
     pub fn of(
         reduction: Reduction<'a, S>,
         sizes: ReductionSizes,
+        most: usize,
         workspace: &mut &'a mut [S],
     ) -> Result<Self, Error> {
         let ReductionSizes { branches, depth, independent, .. } = sizes;
-        let padded = padded(independent);
+        let padded = padded(most);
         let elimination = Elimination::of(&reduction, workspace)?;
         let to_line = workspace.as_ptr().align_offset(LINE);
         split(workspace, to_line.min(MOST_TO_LINE))?;
         let null_space = split(workspace, padded * branches)?;
-        let half = split(workspace, width(independent) * branches)?;
+        let half = split(workspace, width(most) * branches)?;
         let row = split(workspace, padded)?;
-        let sweep = Sweep::of(depth, width(independent), workspace)?;
+        let sweep = Sweep::of(depth, width(most), workspace)?;
         let (x, momenta) = (split(workspace, branches)?, split(workspace, branches)?);
-        let inertia = split(workspace, independent * independent)?;
-        let balance = split(workspace, independent)?;
+        let inertia = split(workspace, most * most)?;
+        let balance = split(workspace, most)?;
+        let freed = split(workspace, branches)?;
         Ok(Self {
             reduction,
             independent,
+            freed,
             elimination,
             null_space,
             half,
@@ -115,10 +121,48 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         self.independent
     }
 
+    /// Every row of J counts again.
+    pub fn keep_rows(&mut self) {
+        self.independent = self.reduction.independent.len();
+        self.freed.fill(S::ZERO);
+    }
+
+    /// Leaves out the row of J of a joint: its entries, of `closure`, become those of the joint alone, whose speed is independent. Returns
+    /// whether there is room for one more.
+    pub fn free(&mut self, joint: u16, closure: &mut [S]) -> Result<bool, Error> {
+        let flag = at_mut(self.freed, joint)?;
+        if *flag == S::ZERO {
+            if (self.independent + 1) * (self.independent + 1) > self.inertia.len() {
+                return Ok(false);
+            }
+            *flag = S::ONE;
+            self.independent += 1;
+        }
+        for (&column, entry) in self.reduction.closure.of_mut(joint.into(), closure) {
+            *entry = if column == joint { S::ONE } else { S::ZERO };
+        }
+        Ok(true)
+    }
+
+    /// Whether there is room for joints whose rows of J are left out.
+    pub fn may_free(&self) -> bool {
+        self.inertia.len() > self.reduction.independent.len() * self.reduction.independent.len()
+    }
+
+    /// Whether rows of J are left out.
+    pub fn is_freed(&self) -> bool {
+        self.independent > self.reduction.independent.len()
+    }
+
     /// Eliminates the closure; returns how far that can be trusted.
     pub fn eliminate(&mut self, terms: &Terms<'_, S>) -> Result<Trust<S>, Error> {
         let inverse_pivot = self.elimination.factor(&self.reduction, terms.closure)?;
         Ok(Trust::of_pivot(S::ONE / inverse_pivot))
+    }
+
+    /// Whether pivots fade only together with their rows.
+    pub fn is_suitable(&self, terms: &Terms<'_, S>) -> bool {
+        self.elimination.is_suitable(&self.reduction, terms.closure)
     }
 
     /// Computes N and H, p and N^T (f - M p) after the elimination; returns nothing if they cannot be trusted.
@@ -145,10 +189,11 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             largest = largest.max(self.fill_block::<W>(index, terms, bias)?);
         }
         let weight = S::from_f64(WEIGHT_OF_ENTRY) * largest;
-        mirror(self.inertia, self.independent)?;
+        let inertia = rows_of_mut(self.inertia, self.independent, 0..self.independent)?;
+        mirror(inertia, self.independent)?;
         // Written so that NaN is not trusted.
         if !(REFINED_CONDITIONING.of::<S>() * weight * weight < S::ONE)
-            || factor(self.inertia, self.independent).is_err()
+            || factor(inertia, self.independent).is_err()
         {
             return Ok(None);
         }
@@ -163,10 +208,12 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         terms: &Terms<'_, S>,
         bias: Bias<'_, S>,
     ) -> Result<S, Error> {
-        let Self { reduction, elimination, sweep, null_space, half, x, .. } = self;
+        let is_freed = self.is_freed();
+        let d = self.independent;
+        let Self { reduction, freed, elimination, sweep, null_space, half, x, .. } = self;
         let Reduction { branches, independent, .. } = *reduction;
         let first = index * W;
-        let count = independent.len() - first;
+        let count = d - first;
         let of_p = (count < W).then_some(count);
         let given = null_space.len();
         let n = blocks_mut::<S, W>(null_space, branches.len()).nth(index);
@@ -178,7 +225,21 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         let at_p = |value: S| -> Block<S, W> {
             core::array::from_fn(|lane| if Some(lane) == of_p { value } else { S::ZERO })
         };
-        elimination.substitute(reduction, n, bias.opening.iter().map(|&value| at_p(value)))?;
+        if is_freed {
+            let mut next = independent.len();
+            let wanted = reduction.dependent().enumerate().map(|(row, joint)| {
+                let mut block = at_p(bias.opening.get(row).copied().unwrap_or(S::ZERO));
+                if freed.get(usize::from(joint)).is_some_and(|&flag| flag != S::ZERO) {
+                    let lane = next.checked_sub(first).and_then(|lane| block.get_mut(lane));
+                    lane.into_iter().for_each(|lane| *lane = S::ONE);
+                    next += 1;
+                }
+                block
+            });
+            elimination.substitute(reduction, n, wanted)?;
+        } else {
+            elimination.substitute(reduction, n, bias.opening.iter().map(|&value| at_p(value)))?;
+        }
         let largest = largest_entries(n);
         let half = half.as_chunks_mut::<W>().0;
         sweep.half(branches, terms, n, half)?;
@@ -204,15 +265,21 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         index: usize,
         of_p: Option<usize>,
     ) -> Result<(), Error> {
-        let Self { reduction, elimination, null_space, half, x, inertia, balance, .. } = self;
+        let (d, is_freed) = (self.independent, self.is_freed());
+        let Self { reduction, freed, elimination, null_space, half, x, inertia, balance, .. } =
+            self;
         let Reduction { branches, independent, .. } = *reduction;
-        let (d, first) = (independent.len(), index * W);
+        let first = index * W;
+        let more = reduction.dependent().filter(|_| is_freed);
+        let more = more
+            .filter(|&joint| freed.get(usize::from(joint)).is_some_and(|&flag| flag != S::ZERO));
+        let independent = || independent.iter().copied().chain(more.clone());
         let half = half.as_chunks_mut::<W>().0;
         let none = [S::ZERO; W];
         let of_bias = if d < W {
             let n = blocks::<S, W>(null_space, branches.len()).next().unwrap_or_default();
-            let products = products(reduction, n, half)?;
-            for (&branch, sums) in independent.iter().zip(&products) {
+            let products = products(reduction, d, n, half)?;
+            for (branch, sums) in independent().zip(&products) {
                 *at_mut(half, branch)? = *sums;
             }
             products.get(d).copied().unwrap_or(none)
@@ -226,7 +293,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             *balance -= sum;
         }
         let rows = inertia.chunks_exact_mut(d.max(1)).zip(balance.iter_mut());
-        for (&branch, (row, balance)) in independent.iter().zip(rows) {
+        for (branch, (row, balance)) in independent().zip(rows) {
             let sums = at(half, branch)?;
             for (entry, &sum) in row.iter_mut().skip(first).zip(sums) {
                 *entry = sum;
@@ -246,155 +313,8 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         }
     }
 
-    /// Adds to `x`, in the order of u, what J x lacks of what it has to be, by the order of the elimination: `wanted` becomes what
-    /// it lacked. Returns the largest part of what was added.
-    pub fn close(
-        &mut self,
-        terms: &Terms<'_, S>,
-        wanted: &mut [S],
-        x: &mut [S],
-    ) -> Result<S, Error> {
-        self.read_x(x);
-        self.elimination.take_rows(&self.reduction, terms.closure, self.x, wanted)?;
-        self.solve_closure(wanted)?;
-        let mut largest = S::ZERO;
-        for (&change, branch) in self.x.iter().zip(self.reduction.branches) {
-            if let Some(x) = x.get_mut(usize::from(branch.joint)) {
-                *x += change;
-                largest = largest.max(change.abs());
-            }
-        }
-        Ok(largest)
-    }
-
-    /// The largest u^2 / s^3 of the rows of J with pivots s, with the speeds of the joints that a row moves.
-    pub fn rate(&mut self, u: &[S]) -> S {
-        self.read_x(u);
-        self.elimination.rate(&self.reduction, self.x)
-    }
-
     /// Whether H and N^T (f - M p) are as exact as N.
     pub fn is_exact(&self) -> bool {
         self.independent < width(self.independent)
-    }
-
-    /// Solves J p = b with zeros for the independent joints, for b by the order of the elimination; writes p in the order
-    /// of u.
-    pub fn give(&mut self, wanted: &[S], out: &mut [S]) -> Result<(), Error> {
-        self.solve_closure(wanted)?;
-        self.write_x(out);
-        Ok(())
-    }
-
-    /// x with zeros for the independent joints, so that J x = b.
-    fn solve_closure(&mut self, wanted: &[S]) -> Result<(), Error> {
-        self.x.fill(S::ZERO);
-        let wanted = wanted.iter().map(|&value| [value]);
-        self.elimination.substitute(&self.reduction, self.x.as_chunks_mut().0, wanted)
-    }
-
-    /// Reads x in the order of u.
-    fn read_x(&mut self, x: &[S]) {
-        for (place, branch) in self.x.iter_mut().zip(self.reduction.branches) {
-            if let Some(&x) = x.get(usize::from(branch.joint)) {
-                *place = x;
-            }
-        }
-    }
-
-    /// Writes x in the order of u.
-    fn write_x(&self, out: &mut [S]) {
-        for (&x, branch) in self.x.iter().zip(self.reduction.branches) {
-            if let Some(place) = out.get_mut(usize::from(branch.joint)) {
-                *place = x;
-            }
-        }
-    }
-
-    /// The row of N of a joint, by its place in u.
-    pub fn row(&self, joint: usize, out: &mut [S]) {
-        let mut branches = self.reduction.branches.iter();
-        let Some(index) = branches.position(|branch| usize::from(branch.joint) == joint) else {
-            return;
-        };
-        let width = width(self.independent);
-        let blocks = self.null_space.chunks_exact((width * self.reduction.branches.len()).max(1));
-        for (out, n) in out.chunks_mut(width).zip(blocks) {
-            for (out, &value) in out.iter_mut().zip(n.iter().skip(index * width)) {
-                *out = value;
-            }
-        }
-    }
-
-    /// N^T M x, for x in the order of u.
-    pub fn momentum(&mut self, terms: &Terms<'_, S>, x: &[S], out: &mut [S]) -> Result<(), Error> {
-        self.set_momenta(terms, x)?;
-        self.reduce(out);
-        Ok(())
-    }
-
-    /// N^T (f - M x), for f and x in the order of u.
-    pub fn imbalance(
-        &mut self,
-        terms: &Terms<'_, S>,
-        (f, x): (&[S], &[S]),
-        out: &mut [S],
-    ) -> Result<(), Error> {
-        self.set_momenta(terms, x)?;
-        for (momentum, branch) in self.momenta.iter_mut().zip(self.reduction.branches) {
-            if let Some(&f) = f.get(usize::from(branch.joint)) {
-                *momentum = f - *momentum;
-            }
-        }
-        self.reduce(out);
-        Ok(())
-    }
-
-    /// Computes M x, for x in the order of u.
-    fn set_momenta(&mut self, terms: &Terms<'_, S>, x: &[S]) -> Result<(), Error> {
-        self.read_x(x);
-        self.sweep.whole(self.reduction.branches, terms, self.x, self.momenta)
-    }
-
-    /// N^T times the momenta.
-    fn reduce(&self, out: &mut [S]) {
-        match width(self.independent) {
-            NARROW => reduce::<S, NARROW>(self.null_space, self.momenta, out),
-            _ => reduce::<S, WIDE>(self.null_space, self.momenta, out),
-        }
-    }
-
-    /// H^-1 (r + B^T mu) in place of r, with B y = b for the driven joints; returns whether that can be trusted.
-    pub fn solve(&self, r: &mut [S], driven: &mut Driven<'_, S>, met: Met) -> Result<bool, Error> {
-        forward(self.inertia, r);
-        let is_trusted = driven.push(self.inertia, r)?;
-        backward(self.inertia, r);
-        Ok(is_trusted && (met == Met::Elsewhere || driven.is_met(r)))
-    }
-
-    /// `out += sign N y`, in the order of u.
-    pub fn combine(&mut self, sign: S, y: &[S], out: &mut [S]) {
-        self.row.fill(S::ZERO);
-        for (place, &y) in self.row.iter_mut().zip(y) {
-            *place = sign * y;
-        }
-        match width(self.independent) {
-            NARROW => self.combine_blocks::<NARROW>(out),
-            _ => self.combine_blocks::<WIDE>(out),
-        }
-    }
-
-    fn combine_blocks<const W: usize>(&self, out: &mut [S]) {
-        let branches = self.reduction.branches;
-        let (rows, y) = (self.null_space.as_chunks::<W>().0, self.row.as_chunks::<W>().0);
-        for (index, branch) in branches.iter().enumerate() {
-            let mut sums = [S::ZERO; W];
-            for (n, y) in rows.iter().skip(index).step_by(branches.len()).zip(y) {
-                sums = core::array::from_fn(|lane| n[lane].mul_add(y[lane], sums[lane]));
-            }
-            if let Some(out) = out.get_mut(usize::from(branch.joint)) {
-                *out += total(&sums);
-            }
-        }
     }
 }

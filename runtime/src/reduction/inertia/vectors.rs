@@ -1,0 +1,157 @@
+//! What N and H of a state do to vectors of speeds, of momenta and of forces.
+
+use super::Inertia;
+use crate::linear::{backward, forward};
+use crate::reduction::Terms;
+use crate::reduction::blocks::{NARROW, WIDE, reduce, total, width};
+use crate::reduction::driven::{Driven, Met};
+use crate::{Error, Scalar};
+
+impl<S: Scalar> Inertia<'_, S> {
+    /// Adds to `x`, in the order of u, what J x lacks of what it has to be, by the order of the elimination: `wanted` becomes what
+    /// it lacked. Returns the largest part of what was added.
+    pub fn close(
+        &mut self,
+        terms: &Terms<'_, S>,
+        wanted: &mut [S],
+        x: &mut [S],
+    ) -> Result<S, Error> {
+        self.read_x(x);
+        self.elimination.take_rows(&self.reduction, terms.closure, self.x, wanted)?;
+        self.solve_closure(wanted)?;
+        let mut largest = S::ZERO;
+        for (&change, branch) in self.x.iter().zip(self.reduction.branches) {
+            if let Some(x) = x.get_mut(usize::from(branch.joint)) {
+                *x += change;
+                largest = largest.max(change.abs());
+            }
+        }
+        Ok(largest)
+    }
+
+    /// The largest u^2 / s^3 of the rows of J with pivots s, with the speeds of the joints that a row moves.
+    pub fn rate(&mut self, u: &[S]) -> S {
+        self.read_x(u);
+        self.elimination.rate(&self.reduction, self.x)
+    }
+
+    /// Solves J p = b with zeros for the independent joints, for b by the order of the elimination; writes p in the order
+    /// of u.
+    pub fn give(&mut self, wanted: &[S], out: &mut [S]) -> Result<(), Error> {
+        self.solve_closure(wanted)?;
+        self.write_x(out);
+        Ok(())
+    }
+
+    /// x with zeros for the independent joints, so that J x = b.
+    fn solve_closure(&mut self, wanted: &[S]) -> Result<(), Error> {
+        self.x.fill(S::ZERO);
+        let wanted = wanted.iter().map(|&value| [value]);
+        self.elimination.substitute(&self.reduction, self.x.as_chunks_mut().0, wanted)
+    }
+
+    /// Reads x in the order of u.
+    fn read_x(&mut self, x: &[S]) {
+        for (place, branch) in self.x.iter_mut().zip(self.reduction.branches) {
+            if let Some(&x) = x.get(usize::from(branch.joint)) {
+                *place = x;
+            }
+        }
+    }
+
+    /// Writes x in the order of u.
+    pub(super) fn write_x(&self, out: &mut [S]) {
+        for (&x, branch) in self.x.iter().zip(self.reduction.branches) {
+            if let Some(place) = out.get_mut(usize::from(branch.joint)) {
+                *place = x;
+            }
+        }
+    }
+
+    /// The row of N of a joint, by its place in u.
+    pub fn row(&self, joint: usize, out: &mut [S]) {
+        let mut branches = self.reduction.branches.iter();
+        let Some(index) = branches.position(|branch| usize::from(branch.joint) == joint) else {
+            return;
+        };
+        let width = width(self.independent);
+        let blocks = self.null_space.chunks_exact((width * self.reduction.branches.len()).max(1));
+        for (out, n) in out.chunks_mut(width).zip(blocks) {
+            for (out, &value) in out.iter_mut().zip(n.iter().skip(index * width)) {
+                *out = value;
+            }
+        }
+    }
+
+    /// N^T M x, for x in the order of u.
+    pub fn momentum(&mut self, terms: &Terms<'_, S>, x: &[S], out: &mut [S]) -> Result<(), Error> {
+        self.set_momenta(terms, x)?;
+        self.reduce(out);
+        Ok(())
+    }
+
+    /// N^T (f - M x), for f and x in the order of u.
+    pub fn imbalance(
+        &mut self,
+        terms: &Terms<'_, S>,
+        (f, x): (&[S], &[S]),
+        out: &mut [S],
+    ) -> Result<(), Error> {
+        self.set_momenta(terms, x)?;
+        for (momentum, branch) in self.momenta.iter_mut().zip(self.reduction.branches) {
+            if let Some(&f) = f.get(usize::from(branch.joint)) {
+                *momentum = f - *momentum;
+            }
+        }
+        self.reduce(out);
+        Ok(())
+    }
+
+    /// Computes M x, for x in the order of u.
+    fn set_momenta(&mut self, terms: &Terms<'_, S>, x: &[S]) -> Result<(), Error> {
+        self.read_x(x);
+        self.sweep.whole(self.reduction.branches, terms, self.x, self.momenta)
+    }
+
+    /// N^T times the momenta.
+    fn reduce(&self, out: &mut [S]) {
+        match width(self.independent) {
+            NARROW => reduce::<S, NARROW>(self.null_space, self.momenta, out),
+            _ => reduce::<S, WIDE>(self.null_space, self.momenta, out),
+        }
+    }
+
+    /// H^-1 (r + B^T mu) in place of r, with B y = b for the driven joints; returns whether that can be trusted.
+    pub fn solve(&self, r: &mut [S], driven: &mut Driven<'_, S>, met: Met) -> Result<bool, Error> {
+        forward(self.inertia, r);
+        let is_trusted = driven.push(self.inertia, r)?;
+        backward(self.inertia, r);
+        Ok(is_trusted && (met == Met::Elsewhere || driven.is_met(r)))
+    }
+
+    /// `out += sign N y`, in the order of u.
+    pub fn combine(&mut self, sign: S, y: &[S], out: &mut [S]) {
+        self.row.fill(S::ZERO);
+        for (place, &y) in self.row.iter_mut().zip(y) {
+            *place = sign * y;
+        }
+        match width(self.independent) {
+            NARROW => self.combine_blocks::<NARROW>(out),
+            _ => self.combine_blocks::<WIDE>(out),
+        }
+    }
+
+    fn combine_blocks<const W: usize>(&self, out: &mut [S]) {
+        let branches = self.reduction.branches;
+        let (rows, y) = (self.null_space.as_chunks::<W>().0, self.row.as_chunks::<W>().0);
+        for (index, branch) in branches.iter().enumerate() {
+            let mut sums = [S::ZERO; W];
+            for (n, y) in rows.iter().skip(index).step_by(branches.len()).zip(y) {
+                sums = core::array::from_fn(|lane| n[lane].mul_add(y[lane], sums[lane]));
+            }
+            if let Some(out) = out.get_mut(usize::from(branch.joint)) {
+                *out += total(&sums);
+            }
+        }
+    }
+}
