@@ -4,7 +4,8 @@
 //! B a = b    a = H^-1 (r + B^T mu),  B H^-1 B^T mu = b - B H^-1 r
 //! ```
 //!
-//! The rows of B are rows of N, so that mu is the torque at each joint.
+//! The rows of B are rows of N, so that mu is the torque at each joint. So are rows of J that the elimination does without
+//! ([`Inertia::eliminate_suitably`]), times N.
 //!
 //! Where many joints of a sheet meet their stops at once, most conditions follow from the others. Those that do are left
 //! out, without a torque, and have to be met by what the others lead to.
@@ -43,6 +44,8 @@ pub(super) struct Driven<'a, S> {
     is_kept: &'a mut [S],
     /// B H^-1 B^T of those that are kept, D x D at most, and its factor.
     inertia: &'a mut [S],
+    /// The number of conditions.
+    count: usize,
     /// The number of those that are kept.
     kept: usize,
 }
@@ -62,26 +65,35 @@ impl<'a, S: Scalar> Driven<'a, S> {
             more: split(workspace, drives)?,
             is_kept: split(workspace, drives)?,
             inertia: split(workspace, drives * drives)?,
+            count: 0,
             kept: 0,
         })
     }
 
-    /// Fills B and b: `wanted` is what the part N y of a driven joint has to be.
+    /// Fills B and b: `wanted` is what the part N y of a driven joint has to be. The rows of J that are torn follow: `opening`, by the
+    /// order of the elimination, is what they have to be for x and the part `sign` N y.
     pub fn prescribe<Y: Mechanism<Scalar = S>>(
         &mut self,
-        system: &Y,
-        t: S,
+        (system, t): (&Y, S),
         inertia: &Inertia<'_, S>,
         wanted: impl Fn(&Drive<S>) -> S,
+        (sign, opening, x): (S, &[S], &[S]),
     ) {
         let d = inertia.independent();
+        self.count = 0;
         let mut places = self.rows.chunks_exact_mut(d.max(1)).zip(self.wanted.iter_mut());
         system.drives(t, |drive| {
             if let Some((row, value)) = places.next() {
                 *value = wanted(&drive);
                 inertia.row(drive.joint, row);
+                self.count += 1;
             }
         });
+        for ((index, joint), (row, value)) in inertia.torn().zip(places) {
+            let wanted = opening.get(index).copied().unwrap_or(S::ZERO);
+            *value = sign * inertia.condition(joint, wanted, x, row);
+            self.count += 1;
+        }
     }
 
     /// The number of conditions that do not follow from others.
@@ -131,7 +143,7 @@ impl<'a, S: Scalar> Driven<'a, S> {
     /// the independent speeds can move each joint while those before it stay, by at least a hundredth of themselves, or not at
     /// all.
     fn keep_independent(&mut self, d: usize) -> Result<bool, Error> {
-        let count = self.wanted.len();
+        let count = self.count;
         self.kept = 0;
         for index in 0..count {
             let kept = self.kept;
@@ -169,7 +181,8 @@ impl<'a, S: Scalar> Driven<'a, S> {
     /// Whether y meets the conditions that were left out, to half of the digits, or of one rad/s or rad/s^2: of joints that are at
     /// rest, only rounding is left.
     pub fn is_met(&self, y: &[S]) -> bool {
-        let rows = self.rows.chunks_exact(y.len().max(1)).zip(&*self.wanted).skip(self.kept);
+        let rows = self.rows.chunks_exact(y.len().max(1)).zip(&*self.wanted);
+        let rows = rows.take(self.count).skip(self.kept);
         let mut terms = rows.map(|(row, &wanted)| {
             let terms = row.iter().zip(y).map(|(&n, &y)| (n * y).abs());
             (dot(row, y) - wanted, terms.fold(S::ONE + wanted.abs(), |sum, term| sum + term))

@@ -101,18 +101,18 @@ impl<'a, S: Scalar> Elimination<'a, S> {
         Ok(largest)
     }
 
-    /// Whether every pivot is a hundredth of the length of its row of J, or not weak.
-    pub fn is_suitable(&self, reduction: &Reduction<'_, S>, closure: &[S]) -> bool {
+    /// The first joint whose pivot is less than a hundredth of the length of its row of J, and weak.
+    pub fn first_unsuitable(&self, reduction: &Reduction<'_, S>, closure: &[S]) -> Option<u16> {
         let weak = S::from_f64(WEAK_SHARE);
         let pivots = self.within.iter().flat_map(|within| (0..ROWS).map(|row| within[row][row]));
-        let joints = reduction.steps.as_flattened().iter().map(|&joint| usize::from(joint));
-        joints.zip(pivots).filter(|(joint, _)| *joint < reduction.branches.len()).all(
-            |(joint, inverse)| {
-                let row = reduction.closure.entries_of(joint, closure);
-                // Written so that NaN is not suitable.
-                inverse.abs() * weak * dot(row, row).sqrt().min(S::ONE) <= S::ONE
-            },
-        )
+        let mut joints = reduction.steps.as_flattened().iter().copied().zip(pivots);
+        let is_unsuitable = |&(joint, inverse): &(u16, S)| {
+            let row = reduction.closure.entries_of(joint.into(), closure);
+            // Written so that NaN is not suitable.
+            usize::from(joint) < reduction.branches.len()
+                && !(inverse.abs() * weak * dot(row, row).sqrt().min(S::ONE) <= S::ONE)
+        };
+        joints.find(is_unsuitable).map(|(joint, _)| joint)
     }
 
     /// The dependent joints' rows of x beside those of the independent joints, which are given, so that J x = b, for b by the order

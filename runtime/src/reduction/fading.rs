@@ -8,8 +8,8 @@
 //! - else a motion that passes through the singular state has the row's change along the motion instead;
 //! - where neither is known it is left out, and the joint that it determines is independent.
 //!
-//! The elimination is that of all other states, with other entries in some rows. Where a pivot fades and its row does not, this does
-//! not hold, and a decomposition decides.
+//! The elimination is that of all other states, with other entries in some rows. Where a pivot fades and its row does not, another joint
+//! should determine it: the row is a condition on the independent speeds. Where no joint can, a decomposition decides.
 
 use super::{Motion, Reduction, suitable};
 use crate::constants::{
@@ -61,14 +61,20 @@ fn by_rows<Y: Mechanism>(
     let openings = split(workspace, sizes.dependent())?;
     motion.write(reduction, state)?;
     let rows = FadingRows::of(reduction, gap, motion.terms.closure);
-    if may_be_open && !gap.is_closed() && rows.are_weak(motion.terms.closure) {
+    let is_weak = rows.are_weak(motion.terms.closure);
+    if may_be_open && !gap.is_closed() && is_weak {
         return Ok(Some(Constraint::passing(rank, false)));
     }
     let mut solve = |motion: &mut Motion<'_, _>, left_out: Option<usize>| {
         let Some(left_out) = left_out else { return Ok(None) };
         let is_found = motion.solve(system, t, out, &mut [])?;
-        let rank = rank - left_out + motion.driven.rank();
-        Ok(is_found.then(|| (Constraint::passing(rank, gap.is_closed()), max_abs(out))))
+        let torn = motion.inertia.torn().count();
+        let rank = rank + motion.driven.rank() - left_out - torn;
+        let constraint = match is_weak {
+            true => Constraint::passing(rank, gap.is_closed()),
+            false => Constraint::strong(rank),
+        };
+        Ok(is_found.then(|| (constraint, max_abs(out))))
     };
     let left_out = motion.leave_out(&rows, |_, _, _, _| false)?;
     let found = solve(&mut motion, left_out)?;

@@ -132,7 +132,7 @@ impl<'a, S: Scalar> Motion<'a, S> {
             opening: split(workspace, sizes.dependent())?,
             forces: split(workspace, speeds)?,
             a: split(workspace, d)?,
-            driven: Driven::of(drives, d, workspace)?,
+            driven: Driven::of(drives + d - sizes.independent, d, workspace)?,
             inertia: Inertia::of(reduction, sizes, d, workspace)?,
         })
     }
@@ -144,7 +144,7 @@ impl<'a, S: Scalar> Motion<'a, S> {
 
     /// Eliminates the closure without the rows whose directions are not known; `replace` is given the place of each row in the order of
     /// the elimination, its joint, its entries and what it times du/dt has to be, and returns whether it has written others. Returns the
-    /// number of rows that are left out; nothing if pivots fade without their rows.
+    /// number of rows that are left out; nothing if there are too many.
     fn leave_out(
         &mut self,
         rows: &FadingRows<'_, S>,
@@ -158,14 +158,13 @@ impl<'a, S: Scalar> Motion<'a, S> {
             if replace(index, joint, row, opening) || rows.is_known(row) {
                 continue;
             }
-            if !inertia.free(joint, terms.closure)? {
+            if !inertia.leave_out(joint, terms.closure)? {
                 return Ok(None);
             }
             *opening = S::ZERO;
             left_out += 1;
         }
-        inertia.eliminate(terms)?;
-        Ok(inertia.is_suitable(terms).then_some(left_out))
+        Ok(inertia.eliminate_suitably(terms.closure)?.then_some(left_out))
     }
 
     /// du/dt, and the torque of each driven joint, after the elimination; returns whether they can be trusted.
@@ -197,10 +196,11 @@ impl<'a, S: Scalar> Motion<'a, S> {
                 }
                 inertia.imbalance(terms, (forces, out), a)?;
             }
-            driven.prescribe(system, t, inertia, |drive| match out.get(drive.joint) {
+            let wanted = |drive: &Drive<S>| match out.get(drive.joint) {
                 Some(&found) => drive.acceleration - found,
                 None => drive.acceleration,
-            });
+            };
+            driven.prescribe((system, t), inertia, wanted, (S::ONE, opening, out));
             if !inertia.solve(a, driven, met)? {
                 return Ok(false);
             }
@@ -269,7 +269,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
             terms: Terms::of(sizes, workspace)?,
             openings: [split(workspace, sizes.dependent())?, split(workspace, sizes.dependent())?],
             along: split(workspace, d)?,
-            driven: Driven::of(drives, d, workspace)?,
+            driven: Driven::of(drives + d - sizes.independent, d, workspace)?,
             inertia: Inertia::of(reduction, sizes, d, workspace)?,
             known: None,
         })
@@ -361,14 +361,16 @@ impl<'a, S: Scalar> Correction<'a, S> {
                 }
                 continue;
             }
-            if !inertia.free(joint, terms.closure)? {
+            if !inertia.leave_out(joint, terms.closure)? {
                 return Ok(Trust::Doubtful);
             }
             (*of_position, *of_speed) = (S::ZERO, S::ZERO);
+        }
+        let is_suitable = inertia.eliminate_suitably(terms.closure)?;
+        if inertia.is_freed() {
             self.known = None;
         }
-        inertia.eliminate(terms)?;
-        Ok(if inertia.is_suitable(terms) { Trust::Weak(least) } else { Trust::Doubtful })
+        Ok(if is_suitable { Trust::Weak(least) } else { Trust::Doubtful })
     }
 
     /// Writes p - N y, where a driven joint gets its `excess`.
@@ -388,9 +390,9 @@ impl<'a, S: Scalar> Correction<'a, S> {
         };
         inertia.give(opening, p)?;
         inertia.momentum(terms, p, along)?;
-        driven.prescribe(system, t, inertia, |drive| {
-            p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive)
-        });
+        let wanted =
+            |drive: &Drive<S>| p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive);
+        driven.prescribe((system, t), inertia, wanted, (-S::ONE, opening, p));
         let is_solved = inertia.solve(along, driven, met)?;
         inertia.combine(-S::ONE, along, p);
         Ok(is_solved)
@@ -407,5 +409,5 @@ pub(crate) const fn reduction_len(dimensions: Dimensions) -> usize {
     }
     let terms = (2 * PARTS + 1) * branches + closure + 2 * sizes.dependent();
     let state = 9 * loops + drives + 2 * speeds + coordinates;
-    terms + d + driven_len(drives, d) + state + inertia_len(sizes, d)
+    terms + d + driven_len(drives + d - sizes.independent, d) + state + inertia_len(sizes, d)
 }

@@ -19,10 +19,15 @@ use super::elimination::{Elimination, elimination_len};
 use super::sweep::{Sweep, sweep_len};
 use super::{Reduction, ReductionSizes, Terms};
 use crate::constants::{REFINED_CONDITIONING, WEIGHT_OF_ENTRY};
-use crate::linear::{factor, rows_of_mut};
+use crate::linear::{copy, factor, rows_of_mut};
 use crate::trust::{Trust, safe};
 use crate::workspace::split;
 use crate::{Error, Scalar};
+
+/// Marks rows of J that are left out altogether.
+const LEFT_OUT: f64 = 1.0;
+/// Marks rows of J that are conditions on independent speeds.
+const TORN: f64 = 2.0;
 
 /// How large the entries of N are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,8 +43,11 @@ pub(super) struct Inertia<'a, S> {
     reduction: Reduction<'a, S>,
     /// d, the number of independent speeds.
     independent: usize,
-    /// By branch: 1 for joints that are independent because their rows of J are left out, else 0.
+    /// By branch, for joints that are independent because their rows of J are left out of the elimination: [`LEFT_OUT`] or [`TORN`],
+    /// else 0.
     freed: &'a mut [S],
+    /// The entries of rows that are torn, in the places of all rows.
+    torn: &'a mut [S],
     elimination: Elimination<'a, S>,
     /// N by block and branch, with p after the last column.
     null_space: &'a mut [S],
@@ -68,7 +76,7 @@ pub(super) struct Bias<'a, S> {
 
 /// Numbers that [`Inertia`] needs, for `d` independent speeds at most.
 pub(super) const fn inertia_len(sizes: ReductionSizes, d: usize) -> usize {
-    let ReductionSizes { branches, depth, .. } = sizes;
+    let ReductionSizes { branches, depth, closure, .. } = sizes;
     let in_blocks = padded(d) * (branches + 1) + width(d) * branches;
     elimination_len(sizes)
         + MOST_TO_LINE
@@ -77,6 +85,7 @@ pub(super) const fn inertia_len(sizes: ReductionSizes, d: usize) -> usize {
         + 3 * branches
         + d * d
         + d
+        + closure
 }
 
 impl<'a, S: Scalar> Inertia<'a, S> {
@@ -100,10 +109,12 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         let inertia = split(workspace, most * most)?;
         let balance = split(workspace, most)?;
         let freed = split(workspace, branches)?;
+        let torn = split(workspace, sizes.closure)?;
         Ok(Self {
             reduction,
             independent,
             freed,
+            torn,
             elimination,
             null_space,
             half,
@@ -127,21 +138,42 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         self.freed.fill(S::ZERO);
     }
 
-    /// Leaves out the row of J of a joint: its entries, of `closure`, become those of the joint alone, whose speed is independent. Returns
-    /// whether there is room for one more.
-    pub fn free(&mut self, joint: u16, closure: &mut [S]) -> Result<bool, Error> {
-        let flag = at_mut(self.freed, joint)?;
-        if *flag == S::ZERO {
-            if (self.independent + 1) * (self.independent + 1) > self.inertia.len() {
-                return Ok(false);
-            }
-            *flag = S::ONE;
-            self.independent += 1;
+    /// Leaves out the row of J of a joint, of `closure`. Returns whether there is room for one more independent speed.
+    pub fn leave_out(&mut self, joint: u16, closure: &mut [S]) -> Result<bool, Error> {
+        self.free(joint, closure, LEFT_OUT)
+    }
+
+    /// As [`leave_out`](Self::leave_out); the row is a condition on the independent speeds ([`Driven`](super::driven::Driven)).
+    fn tear(&mut self, joint: u16, closure: &mut [S]) -> Result<bool, Error> {
+        let row = self.reduction.closure.entries_of(joint.into(), closure);
+        copy(self.reduction.closure.entries_of_mut(joint.into(), self.torn), row)?;
+        self.free(joint, closure, TORN)
+    }
+
+    /// The row becomes that of the joint alone, whose speed is independent.
+    fn free(&mut self, joint: u16, closure: &mut [S], how: f64) -> Result<bool, Error> {
+        if (self.independent + 1) * (self.independent + 1) > self.inertia.len() {
+            return Ok(false);
         }
+        *at_mut(self.freed, joint)? = S::from_f64(how);
+        self.independent += 1;
         for (&column, entry) in self.reduction.closure.of_mut(joint.into(), closure) {
             *entry = if column == joint { S::ONE } else { S::ZERO };
         }
         Ok(true)
+    }
+
+    /// Eliminates the closure, and tears rows whose pivots fade without them, so that they are conditions on independent speeds; returns
+    /// whether there is room for that.
+    pub fn eliminate_suitably(&mut self, closure: &mut [S]) -> Result<bool, Error> {
+        loop {
+            self.elimination.factor(&self.reduction, closure)?;
+            match self.elimination.first_unsuitable(&self.reduction, closure) {
+                None => return Ok(true),
+                Some(joint) if self.tear(joint, closure)? => {}
+                Some(_) => return Ok(false),
+            }
+        }
     }
 
     /// Whether there is room for joints whose rows of J are left out.
@@ -158,11 +190,6 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     pub fn eliminate(&mut self, terms: &Terms<'_, S>) -> Result<Trust<S>, Error> {
         let inverse_pivot = self.elimination.factor(&self.reduction, terms.closure)?;
         Ok(Trust::of_pivot(S::ONE / inverse_pivot))
-    }
-
-    /// Whether pivots fade only together with their rows.
-    pub fn is_suitable(&self, terms: &Terms<'_, S>) -> bool {
-        self.elimination.is_suitable(&self.reduction, terms.closure)
     }
 
     /// Computes N and H, p and N^T (f - M p) after the elimination; returns nothing if they cannot be trusted.

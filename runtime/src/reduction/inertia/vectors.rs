@@ -1,7 +1,7 @@
 //! What N and H of a state do to vectors of speeds, of momenta and of forces.
 
-use super::Inertia;
-use crate::linear::{backward, forward};
+use super::{Inertia, TORN};
+use crate::linear::{backward, dot, forward};
 use crate::reduction::Terms;
 use crate::reduction::blocks::{NARROW, WIDE, reduce, total, width};
 use crate::reduction::driven::{Driven, Met};
@@ -71,16 +71,47 @@ impl<S: Scalar> Inertia<'_, S> {
     /// The row of N of a joint, by its place in u.
     pub fn row(&self, joint: usize, out: &mut [S]) {
         let mut branches = self.reduction.branches.iter();
-        let Some(index) = branches.position(|branch| usize::from(branch.joint) == joint) else {
-            return;
-        };
+        if let Some(branch) = branches.position(|branch| usize::from(branch.joint) == joint) {
+            out.fill(S::ZERO);
+            self.add_row(branch, S::ONE, out);
+        }
+    }
+
+    /// Adds a multiple of the row of N of a branch.
+    fn add_row(&self, branch: usize, factor: S, out: &mut [S]) {
         let width = width(self.independent);
         let blocks = self.null_space.chunks_exact((width * self.reduction.branches.len()).max(1));
         for (out, n) in out.chunks_mut(width).zip(blocks) {
-            for (out, &value) in out.iter_mut().zip(n.iter().skip(index * width)) {
-                *out = value;
+            for (out, &value) in out.iter_mut().zip(n.iter().skip(branch * width)) {
+                *out = factor.mul_add(value, *out);
             }
         }
+    }
+
+    /// The places, in the order of the elimination, and the joints of rows that are torn.
+    pub fn torn(&self) -> impl Iterator<Item = (usize, u16)> {
+        let is_torn = |&(_, joint): &(usize, u16)| {
+            self.freed.get(usize::from(joint)).is_some_and(|&how| how == S::from_f64(TORN))
+        };
+        let most = if self.is_freed() { usize::MAX } else { 0 };
+        self.reduction.dependent().enumerate().take(most).filter(is_torn)
+    }
+
+    /// What a torn row demands of the independent speeds: the row times N, and what that has to be for the row times x to be `wanted`; over
+    /// the length of the row.
+    pub fn condition(&self, joint: u16, wanted: S, x: &[S], row: &mut [S]) -> S {
+        let torn = self.reduction.closure.entries_of(joint.into(), self.torn);
+        let scale = S::ONE / dot(torn, torn).sqrt();
+        let mut lack = wanted;
+        row.fill(S::ZERO);
+        for (&column, &entry) in self.reduction.closure.of(joint.into(), self.torn) {
+            self.add_row(column.into(), scale * entry, row);
+            let branch = self.reduction.branches.get(usize::from(column));
+            if let Some(&x) = branch.and_then(|branch| x.get(usize::from(branch.joint))) {
+                lack = (-entry).mul_add(x, lack);
+            }
+        }
+        scale * lack
     }
 
     /// N^T M x, for x in the order of u.
