@@ -10,6 +10,7 @@
 //! Where many joints of a sheet meet their stops at once, most conditions follow from the others. Those that do are left
 //! out, without a torque, and have to be met by what the others lead to.
 
+use super::Terms;
 use super::inertia::Inertia;
 use crate::constants::ORTHOGONAL_PASSES;
 use crate::linear::{add_scaled, backward, dot, factor, forward, rows_of, rows_of_mut};
@@ -75,7 +76,7 @@ impl<'a, S: Scalar> Driven<'a, S> {
     pub fn prescribe<Y: Mechanism<Scalar = S>>(
         &mut self,
         (system, t): (&Y, S),
-        inertia: &Inertia<'_, S>,
+        (inertia, terms): (&Inertia<'_, S>, &Terms<'_, S>),
         wanted: impl Fn(&Drive<S>) -> S,
         (sign, opening, x): (S, &[S], &[S]),
     ) {
@@ -91,7 +92,7 @@ impl<'a, S: Scalar> Driven<'a, S> {
         });
         for ((index, joint), (row, value)) in inertia.torn().zip(places) {
             let wanted = opening.get(index).copied().unwrap_or(S::ZERO);
-            *value = sign * inertia.condition(joint, wanted, x, row);
+            *value = sign * inertia.condition(terms, joint, (wanted, x), row);
             self.count += 1;
         }
     }

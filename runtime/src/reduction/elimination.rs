@@ -41,6 +41,17 @@ pub(super) struct Elimination<'a, S> {
     rows: &'a mut [Step<S>],
 }
 
+/// Joints that are independent because their rows of J are left out: a number for each branch that is not 0, where there are some.
+#[derive(Clone, Copy)]
+pub(super) struct Freed<'a, S>(pub Option<&'a [S]>);
+
+impl<S: Scalar> Freed<'_, S> {
+    pub fn contains(self, joint: u16) -> bool {
+        self.0
+            .is_some_and(|flags| flags.get(usize::from(joint)).is_some_and(|&flag| flag != S::ZERO))
+    }
+}
+
 /// Numbers that [`Elimination`] needs.
 pub(super) const fn elimination_len(sizes: ReductionSizes) -> usize {
     LANES * (sizes.factors + sizes.branches)
@@ -58,13 +69,23 @@ impl<'a, S: Scalar> Elimination<'a, S> {
         })
     }
 
-    /// Computes L and U of the rows of J, `closure`; returns the largest inverse pivot.
-    pub fn factor(&mut self, reduction: &Reduction<'_, S>, closure: &[S]) -> Result<S, Error> {
+    /// Computes L and U of the rows of J, `closure`; returns the largest inverse pivot. The rows of joints that are `freed` are those
+    /// of the joint alone.
+    pub fn factor(
+        &mut self,
+        reduction: &Reduction<'_, S>,
+        closure: &[S],
+        freed: Freed<'_, S>,
+    ) -> Result<S, Error> {
         let Self { lower, upper, within, rows } = self;
         let mut largest = S::ZERO;
         rows.fill([S::ZERO; LANES]);
         for (step, joints) in reduction.steps.iter().enumerate() {
             for (row, &joint) in joints.iter().enumerate() {
+                if freed.contains(joint) {
+                    at_mut(rows, joint)?[row] = S::ONE;
+                    continue;
+                }
                 for (&column, &entry) in reduction.closure.of(joint.into(), closure) {
                     at_mut(rows, column)?[row] = entry;
                 }
@@ -101,8 +122,13 @@ impl<'a, S: Scalar> Elimination<'a, S> {
         Ok(largest)
     }
 
-    /// The first joint whose pivot is less than a hundredth of the length of its row of J, and weak.
-    pub fn first_unsuitable(&self, reduction: &Reduction<'_, S>, closure: &[S]) -> Option<u16> {
+    /// The first joint that is not `freed` whose pivot is weak, and less than a hundredth of the length of its row of J.
+    pub fn first_unsuitable(
+        &self,
+        reduction: &Reduction<'_, S>,
+        closure: &[S],
+        freed: Freed<'_, S>,
+    ) -> Option<u16> {
         let weak = S::from_f64(WEAK_SHARE);
         let pivots = self.within.iter().flat_map(|within| (0..ROWS).map(|row| within[row][row]));
         let mut joints = reduction.steps.as_flattened().iter().copied().zip(pivots);
@@ -110,6 +136,7 @@ impl<'a, S: Scalar> Elimination<'a, S> {
             let row = reduction.closure.entries_of(joint.into(), closure);
             // Written so that NaN is not suitable.
             usize::from(joint) < reduction.branches.len()
+                && !freed.contains(joint)
                 && !(inverse.abs() * weak * dot(row, row).sqrt().min(S::ONE) <= S::ONE)
         };
         joints.find(is_unsuitable).map(|(joint, _)| joint)
@@ -159,17 +186,18 @@ impl<'a, S: Scalar> Elimination<'a, S> {
         Ok(())
     }
 
-    /// Takes J x from `wanted`, by the order of the elimination, for x by branch.
+    /// Takes J x from `wanted`, by the order of the elimination, for x by branch, but not for joints that are `freed`.
     pub fn take_rows(
         &self,
         reduction: &Reduction<'_, S>,
         closure: &[S],
         x: &[S],
         wanted: &mut [S],
+        freed: Freed<'_, S>,
     ) -> Result<(), Error> {
-        let joints = reduction.steps.as_flattened().iter().map(|&joint| usize::from(joint));
-        for (joint, wanted) in joints.filter(|joint| *joint < x.len()).zip(wanted) {
-            for (&column, &entry) in reduction.closure.of(joint, closure) {
+        let rows = reduction.dependent().zip(wanted).filter(|(joint, _)| !freed.contains(*joint));
+        for (joint, wanted) in rows {
+            for (&column, &entry) in reduction.closure.of(joint.into(), closure) {
                 *wanted = (-entry).mul_add(*at(x, column)?, *wanted);
             }
         }

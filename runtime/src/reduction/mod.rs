@@ -158,13 +158,13 @@ impl<'a, S: Scalar> Motion<'a, S> {
             if replace(index, joint, row, opening) || rows.is_known(row) {
                 continue;
             }
-            if !inertia.leave_out(joint, terms.closure)? {
+            if !inertia.leave_out(joint)? {
                 return Ok(None);
             }
             *opening = S::ZERO;
             left_out += 1;
         }
-        Ok(inertia.eliminate_suitably(terms.closure)?.then_some(left_out))
+        Ok(inertia.eliminate_suitably(terms)?.then_some(left_out))
     }
 
     /// du/dt, and the torque of each driven joint, after the elimination; returns whether they can be trusted.
@@ -179,9 +179,6 @@ impl<'a, S: Scalar> Motion<'a, S> {
         let Some(entries) = inertia.fill(terms, Bias { opening, forces })? else {
             return Ok(false);
         };
-        if inertia.is_freed() && entries != Entries::Small {
-            return Ok(false);
-        }
         let a = rows_of_mut(a, 1, 0..inertia.independent())?;
         inertia.bias(out, a);
         torques.fill(S::ZERO);
@@ -200,7 +197,7 @@ impl<'a, S: Scalar> Motion<'a, S> {
                 Some(&found) => drive.acceleration - found,
                 None => drive.acceleration,
             };
-            driven.prescribe((system, t), inertia, wanted, (S::ONE, opening, out));
+            driven.prescribe((system, t), (inertia, terms), wanted, (S::ONE, opening, out));
             if !inertia.solve(a, driven, met)? {
                 return Ok(false);
             }
@@ -361,12 +358,12 @@ impl<'a, S: Scalar> Correction<'a, S> {
                 }
                 continue;
             }
-            if !inertia.leave_out(joint, terms.closure)? {
+            if !inertia.leave_out(joint)? {
                 return Ok(Trust::Doubtful);
             }
             (*of_position, *of_speed) = (S::ZERO, S::ZERO);
         }
-        let is_suitable = inertia.eliminate_suitably(terms.closure)?;
+        let is_suitable = inertia.eliminate_suitably(terms)?;
         if inertia.is_freed() {
             self.known = None;
         }
@@ -392,7 +389,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         inertia.momentum(terms, p, along)?;
         let wanted =
             |drive: &Drive<S>| p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive);
-        driven.prescribe((system, t), inertia, wanted, (-S::ONE, opening, p));
+        driven.prescribe((system, t), (inertia, terms), wanted, (-S::ONE, opening, p));
         let is_solved = inertia.solve(along, driven, met)?;
         inertia.combine(-S::ONE, along, p);
         Ok(is_solved)

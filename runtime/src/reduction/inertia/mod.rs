@@ -15,11 +15,11 @@ use super::blocks::{
     Block, LINE, MOST_TO_LINE, NARROW, WIDE, at, at_mut, blocks, blocks_mut, largest_entries,
     mirror, padded, products, sum_of, width,
 };
-use super::elimination::{Elimination, elimination_len};
+use super::elimination::{Elimination, Freed, elimination_len};
 use super::sweep::{Sweep, sweep_len};
 use super::{Reduction, ReductionSizes, Terms};
 use crate::constants::{REFINED_CONDITIONING, WEIGHT_OF_ENTRY};
-use crate::linear::{copy, factor, rows_of_mut};
+use crate::linear::{factor, rows_of_mut};
 use crate::trust::{Trust, safe};
 use crate::workspace::split;
 use crate::{Error, Scalar};
@@ -46,8 +46,6 @@ pub(super) struct Inertia<'a, S> {
     /// By branch, for joints that are independent because their rows of J are left out of the elimination: [`LEFT_OUT`] or [`TORN`],
     /// else 0.
     freed: &'a mut [S],
-    /// The entries of rows that are torn, in the places of all rows.
-    torn: &'a mut [S],
     elimination: Elimination<'a, S>,
     /// N by block and branch, with p after the last column.
     null_space: &'a mut [S],
@@ -76,7 +74,7 @@ pub(super) struct Bias<'a, S> {
 
 /// Numbers that [`Inertia`] needs, for `d` independent speeds at most.
 pub(super) const fn inertia_len(sizes: ReductionSizes, d: usize) -> usize {
-    let ReductionSizes { branches, depth, closure, .. } = sizes;
+    let ReductionSizes { branches, depth, .. } = sizes;
     let in_blocks = padded(d) * (branches + 1) + width(d) * branches;
     elimination_len(sizes)
         + MOST_TO_LINE
@@ -85,7 +83,6 @@ pub(super) const fn inertia_len(sizes: ReductionSizes, d: usize) -> usize {
         + 3 * branches
         + d * d
         + d
-        + closure
 }
 
 impl<'a, S: Scalar> Inertia<'a, S> {
@@ -109,12 +106,10 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         let inertia = split(workspace, most * most)?;
         let balance = split(workspace, most)?;
         let freed = split(workspace, branches)?;
-        let torn = split(workspace, sizes.closure)?;
         Ok(Self {
             reduction,
             independent,
             freed,
-            torn,
             elimination,
             null_space,
             half,
@@ -138,39 +133,33 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         self.freed.fill(S::ZERO);
     }
 
-    /// Leaves out the row of J of a joint, of `closure`. Returns whether there is room for one more independent speed.
-    pub fn leave_out(&mut self, joint: u16, closure: &mut [S]) -> Result<bool, Error> {
-        self.free(joint, closure, LEFT_OUT)
+    /// Leaves out the row of J of a joint. Returns whether there is room for one more independent speed.
+    pub fn leave_out(&mut self, joint: u16) -> Result<bool, Error> {
+        self.free(joint, LEFT_OUT)
     }
 
-    /// As [`leave_out`](Self::leave_out); the row is a condition on the independent speeds ([`Driven`](super::driven::Driven)).
-    fn tear(&mut self, joint: u16, closure: &mut [S]) -> Result<bool, Error> {
-        let row = self.reduction.closure.entries_of(joint.into(), closure);
-        copy(self.reduction.closure.entries_of_mut(joint.into(), self.torn), row)?;
-        self.free(joint, closure, TORN)
-    }
-
-    /// The row becomes that of the joint alone, whose speed is independent.
-    fn free(&mut self, joint: u16, closure: &mut [S], how: f64) -> Result<bool, Error> {
+    fn free(&mut self, joint: u16, how: f64) -> Result<bool, Error> {
         if (self.independent + 1) * (self.independent + 1) > self.inertia.len() {
             return Ok(false);
         }
         *at_mut(self.freed, joint)? = S::from_f64(how);
         self.independent += 1;
-        for (&column, entry) in self.reduction.closure.of_mut(joint.into(), closure) {
-            *entry = if column == joint { S::ONE } else { S::ZERO };
-        }
         Ok(true)
     }
 
-    /// Eliminates the closure, and tears rows whose pivots fade without them, so that they are conditions on independent speeds; returns
-    /// whether there is room for that.
-    pub fn eliminate_suitably(&mut self, closure: &mut [S]) -> Result<bool, Error> {
+    /// Eliminates the closure, and tears rows whose pivots fade without them, so that they are conditions on independent speeds
+    /// ([`Driven`](super::driven::Driven)); returns whether there is room for that.
+    pub fn eliminate_suitably(&mut self, terms: &Terms<'_, S>) -> Result<bool, Error> {
         loop {
-            self.elimination.factor(&self.reduction, closure)?;
-            match self.elimination.first_unsuitable(&self.reduction, closure) {
+            let Self { reduction, elimination, .. } = self;
+            let freed = match self.independent > reduction.independent.len() {
+                true => Freed(Some(&*self.freed)),
+                false => Freed(None),
+            };
+            elimination.factor(reduction, terms.closure, freed)?;
+            match elimination.first_unsuitable(reduction, terms.closure, freed) {
                 None => return Ok(true),
-                Some(joint) if self.tear(joint, closure)? => {}
+                Some(joint) if self.free(joint, TORN)? => {}
                 Some(_) => return Ok(false),
             }
         }
@@ -181,6 +170,11 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         self.inertia.len() > self.reduction.independent.len() * self.reduction.independent.len()
     }
 
+    /// The joints whose rows of J are left out.
+    fn freed(&self) -> Freed<'_, S> {
+        Freed(self.is_freed().then_some(&*self.freed))
+    }
+
     /// Whether rows of J are left out.
     pub fn is_freed(&self) -> bool {
         self.independent > self.reduction.independent.len()
@@ -188,7 +182,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
 
     /// Eliminates the closure; returns how far that can be trusted.
     pub fn eliminate(&mut self, terms: &Terms<'_, S>) -> Result<Trust<S>, Error> {
-        let inverse_pivot = self.elimination.factor(&self.reduction, terms.closure)?;
+        let inverse_pivot = self.elimination.factor(&self.reduction, terms.closure, Freed(None))?;
         Ok(Trust::of_pivot(S::ONE / inverse_pivot))
     }
 

@@ -5,6 +5,7 @@ use crate::linear::{backward, dot, forward};
 use crate::reduction::Terms;
 use crate::reduction::blocks::{NARROW, WIDE, reduce, total, width};
 use crate::reduction::driven::{Driven, Met};
+use crate::reduction::elimination::Freed;
 use crate::{Error, Scalar};
 
 impl<S: Scalar> Inertia<'_, S> {
@@ -17,7 +18,7 @@ impl<S: Scalar> Inertia<'_, S> {
         x: &mut [S],
     ) -> Result<S, Error> {
         self.read_x(x);
-        self.elimination.take_rows(&self.reduction, terms.closure, self.x, wanted)?;
+        self.elimination.take_rows(&self.reduction, terms.closure, self.x, wanted, self.freed())?;
         self.solve_closure(wanted)?;
         let mut largest = S::ZERO;
         for (&change, branch) in self.x.iter().zip(self.reduction.branches) {
@@ -45,9 +46,15 @@ impl<S: Scalar> Inertia<'_, S> {
 
     /// x with zeros for the independent joints, so that J x = b.
     fn solve_closure(&mut self, wanted: &[S]) -> Result<(), Error> {
-        self.x.fill(S::ZERO);
-        let wanted = wanted.iter().map(|&value| [value]);
-        self.elimination.substitute(&self.reduction, self.x.as_chunks_mut().0, wanted)
+        let Self { reduction, elimination, freed, x, .. } = self;
+        let freed = match self.independent > reduction.independent.len() {
+            true => Freed(Some(&**freed)),
+            false => Freed(None),
+        };
+        x.fill(S::ZERO);
+        let value = |(joint, &value)| [if freed.contains(joint) { S::ZERO } else { value }];
+        let wanted = reduction.dependent().zip(wanted).map(value);
+        elimination.substitute(reduction, x.as_chunks_mut().0, wanted)
     }
 
     /// Reads x in the order of u.
@@ -99,12 +106,18 @@ impl<S: Scalar> Inertia<'_, S> {
 
     /// What a torn row demands of the independent speeds: the row times N, and what that has to be for the row times x to be `wanted`; over
     /// the length of the row.
-    pub fn condition(&self, joint: u16, wanted: S, x: &[S], row: &mut [S]) -> S {
-        let torn = self.reduction.closure.entries_of(joint.into(), self.torn);
+    pub fn condition(
+        &self,
+        terms: &Terms<'_, S>,
+        joint: u16,
+        (wanted, x): (S, &[S]),
+        row: &mut [S],
+    ) -> S {
+        let torn = self.reduction.closure.entries_of(joint.into(), terms.closure);
         let scale = S::ONE / dot(torn, torn).sqrt();
         let mut lack = wanted;
         row.fill(S::ZERO);
-        for (&column, &entry) in self.reduction.closure.of(joint.into(), self.torn) {
+        for (&column, &entry) in self.reduction.closure.of(joint.into(), terms.closure) {
             self.add_row(column.into(), scale * entry, row);
             let branch = self.reduction.branches.get(usize::from(column));
             if let Some(&x) = branch.and_then(|branch| x.get(usize::from(branch.joint))) {
