@@ -67,7 +67,7 @@ fn by_rows<Y: Mechanism>(
     }
     let mut solve = |motion: &mut Motion<'_, _>, left_out: Option<usize>| {
         let Some(left_out) = left_out else { return Ok(None) };
-        let is_found = motion.solve(system, t, out, &mut [])?;
+        let is_found = motion.solve((system, t), true, out, &mut [])?;
         let torn = motion.inertia.torn().count();
         let rank = rank + motion.driven.rank() - left_out - torn;
         let constraint = match is_weak {

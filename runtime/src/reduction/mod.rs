@@ -31,7 +31,7 @@ use inertia::{Bias, Entries, Inertia, inertia_len};
 use sweep::PARTS;
 
 use crate::constants::{CHANGE_OF_REFINEMENT, WEAK_SHARE};
-use crate::linear::{dot, max_abs, max_abs_of_many, rows_of_mut};
+use crate::linear::{copy, dot, max_abs, max_abs_of_many, rows_of_mut};
 use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
 use crate::rank::Gap;
 use crate::trust::Trust;
@@ -99,7 +99,8 @@ fn reduced<Y: Mechanism>(
     let mut motion = Motion::of(system, reduction, &mut &mut *workspace)?;
     motion.write(reduction, (t, q, u))?;
     let trust = motion.inertia.eliminate(&motion.terms)?;
-    if trust == Trust::Doubtful || !motion.solve(system, t, out, torques.unwrap_or_default())? {
+    let torques = torques.unwrap_or_default();
+    if trust == Trust::Doubtful || !motion.solve((system, t), false, out, torques)? {
         return Ok(nothing());
     }
     let rate = if trust == Trust::Strong { Y::Scalar::ZERO } else { motion.inertia.rate(u) };
@@ -111,6 +112,8 @@ struct Motion<'a, S> {
     terms: Terms<'a, S>,
     /// What the rows of J times du/dt have to be.
     opening: &'a mut [S],
+    /// What they lack of that.
+    lack: &'a mut [S],
     forces: &'a mut [S],
     /// Independent accelerations.
     a: &'a mut [S],
@@ -130,6 +133,7 @@ impl<'a, S: Scalar> Motion<'a, S> {
         Ok(Self {
             terms: Terms::of(sizes, workspace)?,
             opening: split(workspace, sizes.dependent())?,
+            lack: split(workspace, sizes.dependent())?,
             forces: split(workspace, speeds)?,
             a: split(workspace, d)?,
             driven: Driven::of(drives + d - sizes.independent, d, workspace)?,
@@ -167,16 +171,18 @@ impl<'a, S: Scalar> Motion<'a, S> {
         Ok(inertia.eliminate_suitably(terms)?.then_some(left_out))
     }
 
-    /// du/dt, and the torque of each driven joint, after the elimination; returns whether they can be trusted.
+    /// du/dt, and the torque of each driven joint, after the elimination, `refined` once more than else; returns whether they can be
+    /// trusted.
     fn solve<Y: Mechanism<Scalar = S>>(
         &mut self,
-        system: &Y,
-        t: S,
+        (system, t): (&Y, S),
+        refined: bool,
         out: &mut [S],
         torques: &mut [S],
     ) -> Result<bool, Error> {
-        let Self { terms, opening, forces, a, driven, inertia } = self;
-        let Some(entries) = inertia.fill(terms, Bias { opening, forces })? else {
+        let Self { terms, opening, lack, forces, a, driven, inertia } = self;
+        let Some(Entries { are_small, largest }) = inertia.fill(terms, Bias { opening, forces })?
+        else {
             return Ok(false);
         };
         let a = rows_of_mut(a, 1, 0..inertia.independent())?;
@@ -184,12 +190,19 @@ impl<'a, S: Scalar> Motion<'a, S> {
         torques.fill(S::ZERO);
         let mut change = S::ZERO;
         // What rounding has taken from N, p and the factor of H shows in what is left of both equations.
-        let is_one_pass = inertia.is_exact() && entries == Entries::Small;
-        let passes: &[Met] = if is_one_pass { &[Met::Here] } else { &[Met::Here, Met::Elsewhere] };
-        for &met in passes {
-            if met == Met::Elsewhere {
-                if let Entries::Large(_) = entries {
-                    change = inertia.close(terms, opening, out)?;
+        let closes = refined || !are_small;
+        let passes = match refined {
+            true => 3,
+            false if inertia.is_exact() && are_small => 1,
+            false => 2,
+        };
+        for pass in 0..passes {
+            let met = if pass == 0 { Met::Here } else { Met::Elsewhere };
+            if pass > 0 {
+                if closes {
+                    copy(lack, opening)?;
+                    let closed = inertia.close(terms, lack, out)?;
+                    change = if pass == 1 { closed } else { change };
                 }
                 inertia.imbalance(terms, (forces, out), a)?;
             }
@@ -203,9 +216,9 @@ impl<'a, S: Scalar> Motion<'a, S> {
             }
             inertia.combine(S::ONE, a, out);
             driven.add_torques(torques);
-        }
-        if let Entries::Large(largest) = entries {
-            change = change.max(largest * max_abs(a));
+            if closes && pass == 1 {
+                change = change.max(largest * max_abs(a));
+            }
         }
         let allowed = S::from_f64(CHANGE_OF_REFINEMENT) * max_abs(out);
         Ok(change <= allowed && out.iter().all(|x| x.is_finite()))

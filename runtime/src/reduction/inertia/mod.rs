@@ -31,11 +31,10 @@ const TORN: f64 = 2.0;
 
 /// How large the entries of N are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Entries<S> {
-    /// As small as suits.
-    Small,
-    /// The largest is so large that two passes have to make good what rounding takes.
-    Large(S),
+pub(super) struct Entries<S> {
+    pub largest: S,
+    /// Whether this is so small that rounding does no harm.
+    pub are_small: bool,
 }
 
 /// N and the factor of H at a state.
@@ -180,10 +179,15 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         self.independent > self.reduction.independent.len()
     }
 
-    /// Eliminates the closure; returns how far that can be trusted.
+    /// Eliminates the closure; returns how far that can be trusted. Where a pivot fades and its row does not, rows after it lose digits.
     pub fn eliminate(&mut self, terms: &Terms<'_, S>) -> Result<Trust<S>, Error> {
-        let inverse_pivot = self.elimination.factor(&self.reduction, terms.closure, Freed(None))?;
-        Ok(Trust::of_pivot(S::ONE / inverse_pivot))
+        let Self { reduction, elimination, .. } = self;
+        let none = Freed(None);
+        let inverse_pivot = elimination.factor(reduction, terms.closure, none)?;
+        let trust = Trust::of_pivot(S::ONE / inverse_pivot);
+        let is_suitable = trust == Trust::Strong
+            || elimination.first_unsuitable(reduction, terms.closure, none).is_none();
+        Ok(if is_suitable { trust } else { Trust::Doubtful })
     }
 
     /// Computes N and H, p and N^T (f - M p) after the elimination; returns nothing if they cannot be trusted.
@@ -218,8 +222,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         {
             return Ok(None);
         }
-        let is_small = safe::<S>() * weight * weight < S::ONE;
-        Ok(Some(if is_small { Entries::Small } else { Entries::Large(largest) }))
+        Ok(Some(Entries { largest, are_small: safe::<S>() * weight * weight < S::ONE }))
     }
 
     /// Computes a block of N and what it contributes to A = N^T G N; returns its largest entry.
