@@ -115,6 +115,7 @@ mod linearization;
 pub mod loops;
 mod mechanism;
 mod names;
+mod noise;
 mod passage;
 pub mod plumbing;
 mod projection;

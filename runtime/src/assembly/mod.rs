@@ -21,11 +21,11 @@ use core::ops::Range;
 
 use crate::acceleration::not_finite;
 use crate::constants::{
-    BENT_ANGLE, BRANCH_RESTARTS, MOST_TURNS, NEARLY_CLOSED, NOISE_DROPPED, NOISE_FACTOR_1,
-    NOISE_FACTOR_2, NOISE_HALF, NOISE_INCREMENT, NOISE_SHIFT_1, NOISE_SHIFT_2, NOISE_STRIDE,
-    RESTART_REACH, RESTARTS, RESULT_NEAR, SEARCH_NEAR, SIGN_RESTARTS,
+    BENT_ANGLE, BRANCH_RESTARTS, MOST_TURNS, NEARLY_CLOSED, RESTART_REACH, RESTARTS, RESULT_NEAR,
+    SEARCH_NEAR, SIGN_RESTARTS,
 };
 use crate::linear::{copy, max_abs};
+use crate::noise::noise;
 use crate::plumbing::Dimensions;
 use crate::projection::worst_loop;
 use crate::scalar::{truncated, whole};
@@ -124,14 +124,6 @@ pub(crate) fn assemble_pinned<Y: Mechanism>(
         return Ok(Assembly { iterations: search.iterations, residual });
     }
     Err(search.failure)
-}
-
-/// A number between -1 and 1, always the same for the same arguments.
-pub(crate) fn noise<S: Scalar>(restart: usize, joint: usize) -> S {
-    let mut bits = (restart as u64 * NOISE_STRIDE + joint as u64 + 1).wrapping_mul(NOISE_INCREMENT);
-    bits = (bits ^ (bits >> NOISE_SHIFT_1)).wrapping_mul(NOISE_FACTOR_1);
-    bits = (bits ^ (bits >> NOISE_SHIFT_2)).wrapping_mul(NOISE_FACTOR_2);
-    whole::<S>(bits >> NOISE_DROPPED) / whole(NOISE_HALF) - S::ONE
 }
 
 /// Smallest and largest angle of each joint, rad.

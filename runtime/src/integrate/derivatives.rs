@@ -19,16 +19,19 @@
 
 use core::fmt;
 
-use super::accelerate_beside;
-use crate::assembly::noise;
+use super::{Stabilisation, accelerate_beside};
 use crate::constants::{FEW_SPEEDS, ORTHOGONAL_PASSES, Tolerance};
 use crate::jacobian::{Differentiated, differentiate};
 use crate::linear::{add_scaled, copy, dot, max_abs, reflect, set_scaled, solve};
+use crate::noise::noise;
 use crate::plumbing::Dimensions;
 use crate::projection::along_closure;
 use crate::rank::Fading;
 use crate::trust::Trust;
-use crate::{Arithmetic, Error, JacobianMut, Mechanism, Scalar, StateOf, acceleration_in_motion};
+use crate::{
+    Arithmetic, Error, JacobianMut, Mechanism, Scalar, StateOf, acceleration,
+    acceleration_in_motion,
+};
 
 /// Half the distance of two states whose difference gives a derivative, rad, and rad/s for each rad/s: about the third root of
 /// rounding, where what it takes is as much as what the difference leaves out.
@@ -48,6 +51,30 @@ pub(super) enum Place {
     ClosedIfWeak,
     /// At the nearest closed state.
     Closed,
+}
+
+impl Place {
+    /// du/dt at a state of a stage, or beside it.
+    pub fn accelerate<Y: Mechanism>(
+        self,
+        system: &Y,
+        state: &StateOf<Y>,
+        workspace: &mut Y::Workspace,
+        out: &mut Y::Speeds,
+    ) -> Result<(), Error> {
+        let StateOf::<Y> { t, q, u } = state;
+        match self {
+            Self::Closed => accelerate_beside(system, (*t, q, u), workspace.as_mut(), out.as_mut()),
+            Self::ClosedIfWeak => {
+                let none = Y::Scalar::ZERO;
+                Stabilisation::Projection.accelerate(system, none, (*t, q, u), workspace, out)
+            }
+            Self::Given => {
+                let (q, u, out) = (q.as_ref(), u.as_ref(), out.as_mut());
+                acceleration(system, *t, q, u, workspace.as_mut(), out).map(|_| ())
+            }
+        }
+    }
 }
 
 /// Derivatives at a state, and the matrix of a step.

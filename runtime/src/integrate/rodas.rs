@@ -14,11 +14,11 @@
 use super::derivatives::{Derivatives, Place};
 use super::rodasp::{A, C, GAMMA, PLACE, STAGES, TIME};
 use super::steps::{Steps, first_step};
-use super::{Integrator, Stabilisation, accelerate_beside, strayed};
+use super::{Integrator, Stabilisation, strayed};
 use crate::linear::{add_scaled, dot, set_scaled, tolerance};
 use crate::projection::{project_stage, project_to_rounding};
 use crate::rank::Fading;
-use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf, acceleration};
+use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf};
 
 /// How far ahead of a state whose derivatives are rough others are looked for, in singular values that
 /// are: beyond the singular state.
@@ -200,28 +200,8 @@ impl<Y: Mechanism> Rodas<Y> {
         if stage == 0 {
             speeds[0].clone_from(&derivatives.acceleration);
         } else {
-            let t = start.t + step * of(PLACE[stage]);
-            let (q, u, out) = (&end.q, &end.u, &mut speeds[stage]);
-            match derivatives.place {
-                Place::Closed => {
-                    let workspace = workspace.as_mut();
-                    accelerate_beside(system, (t, q, u), workspace, out.as_mut())?;
-                }
-                Place::ClosedIfWeak => {
-                    let none = Y::Scalar::ZERO;
-                    Stabilisation::Projection.accelerate(
-                        system,
-                        none,
-                        (t, q, u),
-                        workspace,
-                        out,
-                    )?;
-                }
-                Place::Given => {
-                    let (q, u, out) = (q.as_ref(), u.as_ref(), out.as_mut());
-                    acceleration(system, t, q, u, workspace.as_mut(), out)?;
-                }
-            }
+            end.t = start.t + step * of(PLACE[stage]);
+            derivatives.place.accelerate(system, end, workspace, &mut speeds[stage])?;
         }
         let (before, now) = positions.split_at_mut(stage);
         let (speeds_before, speeds_now) = speeds.split_at_mut(stage);

@@ -8,6 +8,7 @@ mod cholesky;
 mod householder;
 mod independent;
 mod largest;
+mod longest;
 mod pseudoinverse;
 #[cfg(test)]
 #[path = "../../../tests/src/uniform.rs"]

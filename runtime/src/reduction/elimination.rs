@@ -13,6 +13,7 @@
 //! instead of columns).
 
 use super::blocks::{Block, at, at_mut, sum_of};
+use super::fading::SPOILING_PIVOT;
 use super::pattern::ROWS;
 use super::{Reduction, ReductionSizes};
 use crate::constants::WEAK_SHARE;
@@ -122,22 +123,23 @@ impl<'a, S: Scalar> Elimination<'a, S> {
         Ok(largest)
     }
 
-    /// The first joint that is not `freed` whose pivot is weak, and less than a hundredth of the length of its row of J.
+    /// The first joint that is not `freed` whose pivot spoils the rows after it: less than a hundredth of the length of its row of J.
     pub fn first_unsuitable(
         &self,
         reduction: &Reduction<'_, S>,
         closure: &[S],
         freed: Freed<'_, S>,
     ) -> Option<u16> {
-        let weak = S::from_f64(WEAK_SHARE);
+        let (weak, spoiling) = (S::from_f64(WEAK_SHARE), S::from_f64(SPOILING_PIVOT));
         let pivots = self.within.iter().flat_map(|within| (0..ROWS).map(|row| within[row][row]));
         let mut joints = reduction.steps.as_flattened().iter().copied().zip(pivots);
         let is_unsuitable = |&(joint, inverse): &(u16, S)| {
             let row = reduction.closure.entries_of(joint.into(), closure);
+            let least = spoiling.min(weak * dot(row, row).sqrt());
             // Written so that NaN is not suitable.
             usize::from(joint) < reduction.branches.len()
                 && !freed.contains(joint)
-                && !(inverse.abs() * weak * dot(row, row).sqrt().min(S::ONE) <= S::ONE)
+                && !(inverse.abs() * least <= S::ONE)
         };
         joints.find(is_unsuitable).map(|(joint, _)| joint)
     }

@@ -23,6 +23,9 @@ use crate::trust::beside;
 use crate::workspace::split;
 use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar};
 
+/// Pivots that are weaker than this lose digits of the rows after them, unless their own rows fade with them.
+pub(super) const SPOILING_PIVOT: f64 = 1e-3;
+
 /// du/dt at a state next to a singular state, into `out`; nothing if only a decomposition can tell. Rows shorter than the share `zone`
 /// of the longest whose directions are not known well enough are taken along the motion. Where loops `may_be_open` and are, nothing
 /// is computed: the caller closes them.
@@ -65,19 +68,18 @@ fn by_rows<Y: Mechanism>(
     if may_be_open && !gap.is_closed() && is_weak {
         return Ok(Some(Constraint::passing(rank, false)));
     }
-    let mut solve = |motion: &mut Motion<'_, _>, left_out: Option<usize>| {
-        let Some(left_out) = left_out else { return Ok(None) };
-        let is_found = motion.solve((system, t), true, out, &mut [])?;
-        let torn = motion.inertia.torn().count();
-        let rank = rank + motion.driven.rank() - left_out - torn;
+    let mut solve = |motion: &mut Motion<'_, _>, is_eliminated: bool| {
+        if !is_eliminated || !motion.solve((system, t), true, out, &mut [])? {
+            return Ok(None);
+        }
         let constraint = match is_weak {
-            true => Constraint::passing(rank, gap.is_closed()),
-            false => Constraint::strong(rank),
+            true => Constraint::passing(motion.rank(system), gap.is_closed()),
+            false => Constraint::strong(motion.rank(system)),
         };
-        Ok(is_found.then(|| (constraint, max_abs(out))))
+        Ok(Some((constraint, max_abs(out))))
     };
-    let left_out = motion.leave_out(&rows, |_, _, _, _| false)?;
-    let found = solve(&mut motion, left_out)?;
+    let is_eliminated = motion.leave_out(&rows, |_, _, _, _| false)?;
+    let found = solve(&mut motion, is_eliminated)?;
     let most = found.map_or(Y::Scalar::ZERO, |(_, most)| most);
     let found = found.map(|(constraint, _)| constraint);
 
@@ -90,7 +92,7 @@ fn by_rows<Y: Mechanism>(
     }
     difference(system, reduction, state, &mut motion, [&mut *rates, &mut *openings])?;
     motion.write(reduction, state)?;
-    let left_out = motion.leave_out(&path.rows, |index, joint, row, opening| {
+    let is_eliminated = motion.leave_out(&path.rows, |index, joint, row, opening| {
         let rate = reduction.closure.entries_of_mut(joint.into(), rates);
         let is_passing = path.is_noisy(joint, row) && path.passes(joint, row, rate);
         if is_passing {
@@ -99,7 +101,7 @@ fn by_rows<Y: Mechanism>(
         }
         is_passing
     })?;
-    Ok(solve(&mut motion, left_out)?.map(|(constraint, _)| constraint))
+    Ok(solve(&mut motion, is_eliminated)?.map(|(constraint, _)| constraint))
 }
 
 /// The rows of J at a state.

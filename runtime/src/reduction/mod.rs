@@ -16,6 +16,7 @@
 //! chose do not suit a state, the caller does.
 
 mod blocks;
+mod correction;
 mod driven;
 mod elimination;
 pub(crate) mod fading;
@@ -23,6 +24,7 @@ mod inertia;
 mod pattern;
 mod sweep;
 
+pub(crate) use correction::Correction;
 pub use pattern::{Branch, ROWS, Reduction, ReductionParts, ReductionSizes, Rows};
 
 use driven::{Driven, Met, driven_len};
@@ -30,10 +32,9 @@ use fading::FadingRows;
 use inertia::{Bias, Entries, Inertia, inertia_len};
 use sweep::PARTS;
 
-use crate::constants::{CHANGE_OF_REFINEMENT, WEAK_SHARE};
-use crate::linear::{copy, dot, max_abs, max_abs_of_many, rows_of_mut};
-use crate::plumbing::{Dimensions, Drive, ProjectionMut, ReductionMut};
-use crate::rank::Gap;
+use crate::constants::CHANGE_OF_REFINEMENT;
+use crate::linear::{copy, max_abs, rows_of_mut};
+use crate::plumbing::{Dimensions, Drive, ReductionMut};
 use crate::trust::Trust;
 use crate::workspace::split;
 use crate::{Arithmetic, Error, Mechanism, Scalar};
@@ -100,11 +101,19 @@ fn reduced<Y: Mechanism>(
     motion.write(reduction, (t, q, u))?;
     let trust = motion.inertia.eliminate(&motion.terms)?;
     let torques = torques.unwrap_or_default();
-    if trust == Trust::Doubtful || !motion.solve((system, t), false, out, torques)? {
+    let mut refined = false;
+    if matches!(trust, Trust::Weak(_)) && motion.inertia.may_free() {
+        motion.inertia.keep_rows();
+        if !motion.inertia.eliminate_suitably(&motion.terms)? {
+            return Ok(nothing());
+        }
+        refined = motion.inertia.is_freed();
+    }
+    if trust == Trust::Doubtful || !motion.solve((system, t), refined, out, torques)? {
         return Ok(nothing());
     }
     let rate = if trust == Trust::Strong { Y::Scalar::ZERO } else { motion.inertia.rate(u) };
-    Ok((trust, system.dimensions().rank + motion.driven.rank(), rate))
+    Ok((trust, motion.rank(system), rate))
 }
 
 /// The equations of motion at a state.
@@ -141,34 +150,37 @@ impl<'a, S: Scalar> Motion<'a, S> {
         })
     }
 
+    /// The number of independent rows of J and driven joints.
+    fn rank<Y: Mechanism>(&self, system: &Y) -> usize {
+        system.dimensions().rank + self.driven.rank() - self.inertia.left_out()
+    }
+
     fn write(&mut self, reduction: Reduction<'_, S>, state: (S, &[S], &[S])) -> Result<(), Error> {
         let Self { terms, opening, forces, .. } = self;
         reduction.parts.write_acceleration(state, terms.write(), opening, forces)
     }
 
     /// Eliminates the closure without the rows whose directions are not known; `replace` is given the place of each row in the order of
-    /// the elimination, its joint, its entries and what it times du/dt has to be, and returns whether it has written others. Returns the
-    /// number of rows that are left out; nothing if there are too many.
+    /// the elimination, its joint, its entries and what it times du/dt has to be, and returns whether it has written others. Returns
+    /// whether there is room for that.
     fn leave_out(
         &mut self,
         rows: &FadingRows<'_, S>,
         mut replace: impl FnMut(usize, u16, &mut [S], &mut S) -> bool,
-    ) -> Result<Option<usize>, Error> {
+    ) -> Result<bool, Error> {
         let Self { terms, opening, inertia, .. } = self;
         inertia.keep_rows();
-        let mut left_out = 0;
         for (index, (joint, opening)) in rows.joints().zip(opening.iter_mut()).enumerate() {
             let row = rows.entries_mut(joint, terms.closure);
             if replace(index, joint, row, opening) || rows.is_known(row) {
                 continue;
             }
             if !inertia.leave_out(joint)? {
-                return Ok(None);
+                return Ok(false);
             }
             *opening = S::ZERO;
-            left_out += 1;
         }
-        Ok(inertia.eliminate_suitably(terms)?.then_some(left_out))
+        inertia.eliminate_suitably(terms)
     }
 
     /// du/dt, and the torque of each driven joint, after the elimination, `refined` once more than else; returns whether they can be
@@ -191,11 +203,8 @@ impl<'a, S: Scalar> Motion<'a, S> {
         let mut change = S::ZERO;
         // What rounding has taken from N, p and the factor of H shows in what is left of both equations.
         let closes = refined || !are_small;
-        let passes = match refined {
-            true => 3,
-            false if inertia.is_exact() && are_small => 1,
-            false => 2,
-        };
+        let is_one_pass = inertia.is_exact() && are_small && !refined;
+        let passes = if is_one_pass { 1 } else { 2 + usize::from(refined) };
         for pass in 0..passes {
             let met = if pass == 0 { Met::Here } else { Met::Elsewhere };
             if pass > 0 {
@@ -243,170 +252,6 @@ pub(crate) fn write_residual<Y: Mechanism>(
     let mut opening = || split(&mut workspace, sizes.dependent());
     let openings = [opening()?, opening()?];
     reduction.parts.write_projection(q, u, terms.write(), residual, openings)
-}
-
-/// What a correction is taken from.
-#[derive(Clone, Copy)]
-enum Of {
-    Positions,
-    Speeds,
-}
-
-/// What closes the loops and brings driven joints to their prescribed angles, to be taken from q and u.
-pub(crate) struct Correction<'a, S> {
-    reduction: Reduction<'a, S>,
-    terms: Terms<'a, S>,
-    /// What the rows of J have to take from q and from u.
-    openings: [&'a mut [S]; 2],
-    along: &'a mut [S],
-    driven: Driven<'a, S>,
-    inertia: Inertia<'a, S>,
-    /// How far the matrices can be trusted, if there are some of a state near enough.
-    known: Option<Trust<S>>,
-}
-
-impl<'a, S: Scalar> Correction<'a, S> {
-    /// Of a mechanism with this reduction.
-    pub fn of<Y: Mechanism<Scalar = S>>(
-        system: &Y,
-        reduction: Reduction<'a, S>,
-        workspace: &mut &'a mut [S],
-    ) -> Result<Self, Error> {
-        let Dimensions { reduction: sizes, speeds, drives, loops, .. } = system.dimensions();
-        let d = sizes.most_independent(speeds, loops);
-        Ok(Self {
-            reduction,
-            terms: Terms::of(sizes, workspace)?,
-            openings: [split(workspace, sizes.dependent())?, split(workspace, sizes.dependent())?],
-            along: split(workspace, d)?,
-            driven: Driven::of(drives + d - sizes.independent, d, workspace)?,
-            inertia: Inertia::of(reduction, sizes, d, workspace)?,
-            known: None,
-        })
-    }
-
-    /// The number of driven joints whose angles do not follow from those of the others.
-    pub fn drives(&self) -> usize {
-        self.driven.rank()
-    }
-
-    /// The matrices are computed again at the next state.
-    pub fn forget(&mut self) {
-        self.known = None;
-    }
-
-    /// Writes what [`write_projection`](Mechanism::write_projection) does, the residuals followed by those of the
-    /// driven joints; returns how far that can be trusted. After the first state N and M are those of the first, which
-    /// changes only by what least change is measured.
-    pub fn write<Y: Mechanism<Scalar = S>>(
-        &mut self,
-        system: &Y,
-        (t, q, u): (S, &[S], &[S]),
-        out: ProjectionMut<'_, S>,
-    ) -> Result<Trust<S>, Error> {
-        let ProjectionMut { mut residual, positions, speeds } = out;
-        let of_loops = split(&mut residual, 9 * system.dimensions().loops)?;
-        let openings = self.openings.each_mut().map(|opening| &mut **opening);
-        self.reduction.parts.write_projection(q, u, self.terms.write(), of_loops, openings)?;
-        let mut eliminated = self.inertia.eliminate(&self.terms)?;
-        if self.inertia.may_free() && (eliminated != Trust::Strong || self.inertia.is_freed()) {
-            let gap = Gap::of(system, max_abs_of_many(of_loops));
-            eliminated = self.without_unknown_rows(eliminated, gap, u)?;
-        }
-        let trust = match self.known {
-            Some(trust) => trust,
-            None if eliminated == Trust::Doubtful => return Ok(eliminated),
-            None => match self.inertia.fill(&self.terms, Bias { opening: &[], forces: &[] })? {
-                Some(_) => eliminated,
-                None => return Ok(Trust::Doubtful),
-            },
-        };
-        self.known = Some(trust);
-        let mut of_drives = residual.iter_mut();
-        let size = system.size();
-        let of = |values: &[S], joint: usize| values.get(joint).copied().unwrap_or(S::ZERO);
-        system.drives(t, |drive| {
-            if let Some(residual) = of_drives.next() {
-                *residual = size * (of(q, drive.joint) - drive.position);
-            }
-        });
-        let too_far = |drive: &Drive<S>| of(q, drive.joint) - drive.position;
-        let too_fast = |drive: &Drive<S>| of(u, drive.joint) - drive.speed;
-        let is_solved = self.correct((system, t), Of::Positions, positions, too_far)?
-            && self.correct((system, t), Of::Speeds, speeds, too_fast)?;
-        Ok(if is_solved { trust } else { Trust::Doubtful })
-    }
-
-    /// Leaves out the rows along whose directions Newton's method does not find its way, where there are some; returns how far the
-    /// others can be trusted. Speeds are corrected by no less than what the directions of rows are uncertain by.
-    fn without_unknown_rows(
-        &mut self,
-        eliminated: Trust<S>,
-        gap: Gap<S>,
-        u: &[S],
-    ) -> Result<Trust<S>, Error> {
-        let Self { reduction, terms, openings: [of_positions, of_speeds], inertia, .. } = self;
-        if inertia.is_freed() {
-            inertia.keep_rows();
-            self.known = None;
-        }
-        match eliminated {
-            Trust::Strong => return Ok(eliminated),
-            Trust::Weak(pivot) if gap.shows(pivot) => return Ok(eliminated),
-            Trust::Weak(_) | Trust::Doubtful => {}
-        }
-        inertia.keep_rows();
-        let rows = FadingRows::of(*reduction, gap, terms.closure);
-        let speed = dot(u, u).sqrt();
-        let mut least = S::ONE;
-        let openings = of_positions.iter_mut().zip(of_speeds.iter_mut());
-        for (joint, (of_position, of_speed)) in rows.joints().zip(openings) {
-            let row = rows.entries_mut(joint, terms.closure);
-            let share = rows.share(row);
-            if gap.shows(share) {
-                least = least.min(share);
-                let uncertain = dot(row, row).sqrt() * speed * gap.uncertainty(share);
-                if share < S::from_f64(WEAK_SHARE) && of_speed.abs() <= uncertain {
-                    *of_speed = S::ZERO;
-                }
-                continue;
-            }
-            if !inertia.leave_out(joint)? {
-                return Ok(Trust::Doubtful);
-            }
-            (*of_position, *of_speed) = (S::ZERO, S::ZERO);
-        }
-        let is_suitable = inertia.eliminate_suitably(terms)?;
-        if inertia.is_freed() {
-            self.known = None;
-        }
-        Ok(if is_suitable { Trust::Weak(least) } else { Trust::Doubtful })
-    }
-
-    /// Writes p - N y, where a driven joint gets its `excess`.
-    fn correct<Y: Mechanism<Scalar = S>>(
-        &mut self,
-        (system, t): (&Y, S),
-        of: Of,
-        p: &mut [S],
-        excess: impl Fn(&Drive<S>) -> S,
-    ) -> Result<bool, Error> {
-        let Self { terms, openings: [of_positions, of_speeds], along, driven, inertia, .. } = self;
-        let along = rows_of_mut(along, 1, 0..inertia.independent())?;
-        // The residuals tell whether joints are where they should be.
-        let (opening, met) = match of {
-            Of::Positions => (of_positions, Met::Elsewhere),
-            Of::Speeds => (of_speeds, Met::Here),
-        };
-        inertia.give(opening, p)?;
-        inertia.momentum(terms, p, along)?;
-        let wanted =
-            |drive: &Drive<S>| p.get(drive.joint).copied().unwrap_or(S::ZERO) - excess(drive);
-        driven.prescribe((system, t), (inertia, terms), wanted, (-S::ONE, opening, p));
-        let is_solved = inertia.solve(along, driven, met)?;
-        inertia.combine(-S::ONE, along, p);
-        Ok(is_solved)
-    }
 }
 
 /// Numbers that the algorithms of this module need.

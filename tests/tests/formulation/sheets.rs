@@ -210,7 +210,7 @@ fn sheets_with_flat_vertices_are_eliminated_too() {
             worst = keep_largest(worst, relative_error(&found, expected.as_slice()));
         }
         println!("vertices flat to {angle:e} rad: {worst:.1e}");
-        assert!(worst < 1e-15 / angle, "{angle:e}: {worst:e}");
+        assert!(worst < 1e-13 / angle, "{angle:e}: {worst:e}");
     }
     println!("{eliminated} of {states} states eliminated");
     assert!(states > 40, "only {states} states");

@@ -24,11 +24,6 @@ use crate::trust::{Trust, safe};
 use crate::workspace::split;
 use crate::{Error, Scalar};
 
-/// Marks rows of J that are left out altogether.
-const LEFT_OUT: f64 = 1.0;
-/// Marks rows of J that are conditions on independent speeds.
-const TORN: f64 = 2.0;
-
 /// How large the entries of N are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Entries<S> {
@@ -42,8 +37,7 @@ pub(super) struct Inertia<'a, S> {
     reduction: Reduction<'a, S>,
     /// d, the number of independent speeds.
     independent: usize,
-    /// By branch, for joints that are independent because their rows of J are left out of the elimination: [`LEFT_OUT`] or [`TORN`],
-    /// else 0.
+    /// By branch: 1 for joints that are independent because their rows of J are left out, -1 because they are torn, else 0.
     freed: &'a mut [S],
     elimination: Elimination<'a, S>,
     /// N by block and branch, with p after the last column.
@@ -79,7 +73,8 @@ pub(super) const fn inertia_len(sizes: ReductionSizes, d: usize) -> usize {
         + MOST_TO_LINE
         + in_blocks
         + sweep_len(depth, width(d))
-        + 3 * branches
+        + 2 * branches
+        + branches
         + d * d
         + d
 }
@@ -134,20 +129,20 @@ impl<'a, S: Scalar> Inertia<'a, S> {
 
     /// Leaves out the row of J of a joint. Returns whether there is room for one more independent speed.
     pub fn leave_out(&mut self, joint: u16) -> Result<bool, Error> {
-        self.free(joint, LEFT_OUT)
+        self.free(joint, S::ONE)
     }
 
-    fn free(&mut self, joint: u16, how: f64) -> Result<bool, Error> {
+    fn free(&mut self, joint: u16, how: S) -> Result<bool, Error> {
         if (self.independent + 1) * (self.independent + 1) > self.inertia.len() {
             return Ok(false);
         }
-        *at_mut(self.freed, joint)? = S::from_f64(how);
+        *at_mut(self.freed, joint)? = how;
         self.independent += 1;
         Ok(true)
     }
 
     /// Eliminates the closure, and tears rows whose pivots fade without them, so that they are conditions on independent speeds
-    /// ([`Driven`](super::driven::Driven)); returns whether there is room for that.
+    /// ([`Driven`](super::driven::Driven)): rows after them would lose digits. Returns whether there is room for that.
     pub fn eliminate_suitably(&mut self, terms: &Terms<'_, S>) -> Result<bool, Error> {
         loop {
             let Self { reduction, elimination, .. } = self;
@@ -158,10 +153,15 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             elimination.factor(reduction, terms.closure, freed)?;
             match elimination.first_unsuitable(reduction, terms.closure, freed) {
                 None => return Ok(true),
-                Some(joint) if self.free(joint, TORN)? => {}
+                Some(joint) if self.free(joint, -S::ONE)? => {}
                 Some(_) => return Ok(false),
             }
         }
+    }
+
+    /// The number of rows of J that the elimination does without.
+    pub fn left_out(&self) -> usize {
+        self.independent - self.reduction.independent.len()
     }
 
     /// Whether there is room for joints whose rows of J are left out.
@@ -176,18 +176,13 @@ impl<'a, S: Scalar> Inertia<'a, S> {
 
     /// Whether rows of J are left out.
     pub fn is_freed(&self) -> bool {
-        self.independent > self.reduction.independent.len()
+        self.left_out() > 0
     }
 
-    /// Eliminates the closure; returns how far that can be trusted. Where a pivot fades and its row does not, rows after it lose digits.
+    /// Eliminates the closure; returns how far that can be trusted.
     pub fn eliminate(&mut self, terms: &Terms<'_, S>) -> Result<Trust<S>, Error> {
-        let Self { reduction, elimination, .. } = self;
-        let none = Freed(None);
-        let inverse_pivot = elimination.factor(reduction, terms.closure, none)?;
-        let trust = Trust::of_pivot(S::ONE / inverse_pivot);
-        let is_suitable = trust == Trust::Strong
-            || elimination.first_unsuitable(reduction, terms.closure, none).is_none();
-        Ok(if is_suitable { trust } else { Trust::Doubtful })
+        let inverse_pivot = self.elimination.factor(&self.reduction, terms.closure, Freed(None))?;
+        Ok(Trust::of_pivot(S::ONE / inverse_pivot))
     }
 
     /// Computes N and H, p and N^T (f - M p) after the elimination; returns nothing if they cannot be trusted.

@@ -1,6 +1,6 @@
 //! What N and H of a state do to vectors of speeds, of momenta and of forces.
 
-use super::{Inertia, TORN};
+use super::Inertia;
 use crate::linear::{backward, dot, forward};
 use crate::reduction::Terms;
 use crate::reduction::blocks::{NARROW, WIDE, reduce, total, width};
@@ -98,7 +98,7 @@ impl<S: Scalar> Inertia<'_, S> {
     /// The places, in the order of the elimination, and the joints of rows that are torn.
     pub fn torn(&self) -> impl Iterator<Item = (usize, u16)> {
         let is_torn = |&(_, joint): &(usize, u16)| {
-            self.freed.get(usize::from(joint)).is_some_and(|&how| how == S::from_f64(TORN))
+            self.freed.get(usize::from(joint)).is_some_and(|&how| how == -S::ONE)
         };
         let most = if self.is_freed() { usize::MAX } else { 0 };
         self.reduction.dependent().enumerate().take(most).filter(is_torn)
