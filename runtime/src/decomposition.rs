@@ -5,10 +5,10 @@
 //! sweeps over all pairs of rows. Pivoted QR ([`clearly_independent`]) costs as much as one sweep, and is enough unless a
 //! value is near the cut between those that count and those that do not; then singular values decide as well.
 
-use crate::constants::{CLEAR_FACTOR, FEW_SPEEDS, RESIDUALS_OF_LOOP, WEAK_SHARE};
+use crate::constants::{CLEAR_FACTOR, FEW_SPEEDS, RESIDUALS_OF_LOOP};
 use crate::linear::{
     Kept, clearly_independent, forward, forward_rows, keep, normalise, orthogonalise,
-    orthogonalise_independent, orthogonalise_weak, reduce, reduce_groups, rows_of_mut,
+    orthogonalise_independent, reduce, reduce_groups, rows_of_mut,
 };
 use crate::rank::Gap;
 use crate::{Error, Mechanism, Scalar};
@@ -55,22 +55,6 @@ impl Decomposition {
         let width = rhs.len() / m.max(1);
         let k = orthogonalise(jacobian, rhs, m, n)?;
         keep(rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(rhs, width, 0..k)?, k, n, gap.cut())
-    }
-
-    /// Makes the rows of `a` (m x n) orthogonal, as long as its singular values, and turns those of `b` (m x any but 0) with them. Returns
-    /// how many remain.
-    ///
-    /// By pivoted QR, only values below [`WEAK_SHARE`] of the largest are singular ones, to the square of their share.
-    pub fn orthogonal<S: Scalar>(
-        self,
-        a: &mut [S],
-        b: &mut [S],
-        [m, n]: [usize; 2],
-    ) -> Result<usize, Error> {
-        match self {
-            Self::SingularValues => orthogonalise(a, b, m, n),
-            Self::PivotedQr => orthogonalise_weak(a, b, [m, n], S::from_f64(WEAK_SHARE)),
-        }
     }
 
     /// As [`independent`](Self::independent), of the nine rows of each loop and a row of each driven joint. Within a loop

@@ -17,8 +17,8 @@ use crate::acceleration::{blame, not_finite, write};
 use crate::constants::{FADING_ASIDE, FADING_RATE, SPEED_ACROSS, SPEED_ALONG};
 use crate::decomposition::Decomposition;
 use crate::linear::{
-    add_scaled, backward, combine, copy, dot, exchange, factor, forward, rows_of, rows_of_mut,
-    set_scaled,
+    add_scaled, backward, combine, copy, dot, exchange, factor, forward, orthogonalise, rows_of,
+    rows_of_mut, set_scaled,
 };
 use crate::plumbing::{Dimensions, EquationsMut};
 use crate::rank::{Fading, Gap};
@@ -60,12 +60,11 @@ pub(crate) fn pass<Y: Mechanism>(
     let push = split(&mut workspace, n)?;
     forward(mass, out);
 
-    let decomposition = Decomposition::of(system);
-    let k = decomposition.orthogonal(rows, beside, [c, n])?;
+    let k = orthogonalise(rows, beside, c, n)?;
     rows_of_mut(rows, n, k..c)?.fill(Y::Scalar::ZERO);
     let all = rows.chunks_exact(n.max(1));
     let largest = all.fold(Y::Scalar::ZERO, |most, row| most.max(length(row)));
-    let path = Path { u, speed, gap, zone, largest, decomposition };
+    let path = Path { u, speed, gap, zone, largest };
     let rhs = gamma;
     let Some(strong) = path.strong_first(rows, beside, rhs)? else { return Ok(None) };
     let rank = path.replace_fading(rows, beside, rhs, strong)?;
@@ -75,6 +74,7 @@ pub(crate) fn pass<Y: Mechanism>(
     }
 
     let (rows, rhs) = (rows_of_mut(rows, n, 0..rank)?, rows_of_mut(rhs, 1, 0..rank)?);
+    let decomposition = Decomposition::of(system);
     decomposition.weigh(mass, rows, n);
     for (value, row) in rhs.iter_mut().zip(rows.chunks_exact(n.max(1))) {
         *value -= dot(row, out);
@@ -109,7 +109,6 @@ struct Path<'a, S> {
     zone: S,
     /// The length of the longest row.
     largest: S,
-    decomposition: Decomposition,
 }
 
 impl<S: Scalar> Path<'_, S> {
@@ -182,7 +181,7 @@ impl<S: Scalar> Path<'_, S> {
             }
             *rhs = wanted;
         }
-        let count = self.decomposition.orthogonal(fading, fading_rhs, [c - strong, n])?;
+        let count = orthogonalise(fading, fading_rhs, c - strong, n)?;
         let least = S::from_f64(FADING_RATE) * self.largest;
         let mut rank = strong;
         for i in strong..strong + count {

@@ -11,10 +11,12 @@
 //! to the singular value decomposition", 1999), and costs as much as one sweep of Jacobi's method. Where no value is near
 //! the cut between those that count and those that do not, the decision on the rank is the same.
 
-use super::longest::{Reduced, reduce_longest};
-use super::{Kept, add_scaled, dot, exchange, orthogonalise, rows_of_mut};
-use crate::constants::{CLEAR_FACTOR, ORTHOGONAL_PASSES, PARTS_OF_SUM};
+use super::{Kept, add_scaled, dot, exchange, rows_of_mut};
+use crate::constants::{CLEAR_FACTOR, NEGLIGIBLE_EPSILONS, ORTHOGONAL_PASSES, PARTS_OF_SUM};
 use crate::{Error, Scalar};
+
+/// Columns that are changed at a time: their sums stay in registers.
+const BLOCK: usize = 16;
 
 /// Orthogonal rows that span those of `a` (m x n), in its place, and the rows of `b` (m x any but 0) that belong to
 /// them. The lengths of the rows follow the singular values.
@@ -40,23 +42,6 @@ pub(crate) fn clearly_independent<S: Scalar>(
     let largest = lengths.clone().fold(S::ZERO, |most, length| most.max(length));
     let least = lengths.fold(largest, |least, length| least.min(length));
     Ok(Some(Kept { rank, least: least / largest, dropped: next / first }))
-}
-
-/// Makes the rows of `a` (m x n) orthogonal, and turns those of `b` (m x any but 0) with them: Jacobi's method for those below the
-/// share `weak` of the longest column, which are then as long as the singular values to the square of that share. Returns how many remain.
-pub(crate) fn orthogonalise_weak<S: Scalar>(
-    a: &mut [S],
-    b: &mut [S],
-    [m, n]: [usize; 2],
-    weak: S,
-) -> Result<usize, Error> {
-    let width = b.len() / m.max(1);
-    let strong = reduce_longest(a, b, [m, n], weak)?.rank;
-    for _ in 0..ORTHOGONAL_PASSES {
-        take_out_first(a, b, n, strong);
-    }
-    let rest = (rows_of_mut(a, n, strong..m)?, rows_of_mut(b, width, strong..m)?);
-    Ok(strong + orthogonalise(rest.0, rest.1, m - strong, n)?)
 }
 
 /// Of each group of `a` (m x n) of so many rows, moves those to the front that are independent within it, and the rows of
@@ -94,19 +79,11 @@ pub(crate) fn orthogonalise_independent<S: Scalar>(a: &mut [S], b: &mut [S], n: 
 
 /// Takes of each row of `a` (of n columns) what lies along those before it, and of `b` with them (modified Gram-Schmidt).
 fn take_out<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
-    take_out_first(a, b, n, usize::MAX);
-}
-
-/// As [`take_out`], what lies along the first `count` rows.
-fn take_out_first<S: Scalar>(a: &mut [S], b: &mut [S], n: usize, count: usize) {
-    let mut left = count;
     let width = b.len() / (a.len() / n.max(1)).max(1);
     let (mut rest, mut rest_b) = (a, b);
     while let (Some((row, later)), Some((row_b, later_b))) =
         (rest.split_at_mut_checked(n.max(1)), rest_b.split_at_mut_checked(width.max(1)))
-        && left > 0
     {
-        left -= 1;
         let scale = -S::ONE / dot_in_parts(row, row);
         let others = later.chunks_exact_mut(n.max(1)).zip(later_b.chunks_exact_mut(width.max(1)));
         for (other, other_b) in others {
@@ -119,7 +96,7 @@ fn take_out_first<S: Scalar>(a: &mut [S], b: &mut [S], n: usize, count: usize) {
 }
 
 /// a . b by several sums side by side, which do not wait for each other.
-pub(super) fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
+fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
     let mut sums = [S::ZERO; PARTS_OF_SUM];
     let (a, b) = (a.chunks_exact(PARTS_OF_SUM), b.chunks_exact(PARTS_OF_SUM));
     let rest = dot(a.remainder(), b.remainder());
@@ -137,6 +114,176 @@ pub(super) fn dot_in_parts<S: Scalar>(a: &[S], b: &[S]) -> S {
         half /= 2;
     }
     rest + sums[0]
+}
+
+/// Result of [`reduce_longest`].
+struct Reduced<S> {
+    /// Rows that are left.
+    rank: usize,
+    /// Length of the first column that was reflected.
+    first: S,
+    /// Length of the longest column of what remains of the other rows.
+    next: S,
+}
+
+/// Householder reflections of `a` (m x n), and with it of `b` (m x any), each of the longest column of the rows that are
+/// left, until that is no longer than `least` times the first, or rounding.
+fn reduce_longest<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    [m, n]: [usize; 2],
+    least: S,
+) -> Result<Reduced<S>, Error> {
+    let width = b.len() / m.max(1);
+    let rounding = S::from_f64(NEGLIGIBLE_EPSILONS) * S::EPSILON * dot(a, a).sqrt();
+    let mut longest = Longest::of(a, n);
+    let first = longest.length();
+    for done in 0..m.min(n) {
+        let (j, length) = (longest.column, longest.length());
+        // Written so that NaN ends it.
+        if !(length > least * first && length > rounding) {
+            return Ok(Reduced { rank: done, first, next: length });
+        }
+        let (a, b) = (rows_of_mut(a, n, done..m)?, rows_of_mut(b, width, done..m)?);
+        let given = a.len();
+        let head = a.get_mut(j).ok_or(Error::Length { expected: n, given })?;
+        let alpha = if *head > S::ZERO { -length } else { length };
+        // v = column - alpha e_1, kept in the column; H = 1 - v v^T / (alpha (alpha - head)).
+        let scale = S::ONE / (alpha * (alpha - *head));
+        *head -= alpha;
+        longest = reflect_others(a, n, j, scale);
+        reflect(b, width, column(a, n, j), scale);
+        for row in a.chunks_exact_mut(n.max(1)) {
+            row.get_mut(j).into_iter().for_each(|entry| *entry = S::ZERO);
+        }
+        a.get_mut(j).into_iter().for_each(|head| *head = alpha);
+    }
+    Ok(Reduced { rank: m.min(n), first, next: S::ZERO })
+}
+
+/// Column j of n.
+fn column<S>(a: &[S], n: usize, j: usize) -> impl Iterator<Item = &S> + Clone {
+    a.chunks_exact(n.max(1)).filter_map(move |row| row.get(j))
+}
+
+/// The longest column so far.
+struct Longest<S> {
+    column: usize,
+    square: S,
+}
+
+impl<S: Scalar> Longest<S> {
+    const NONE: Self = Self { column: 0, square: S::ZERO };
+
+    /// Of the n columns of `a`.
+    fn of(a: &[S], n: usize) -> Self {
+        let mut longest = Self::NONE;
+        for start in (0..n).step_by(BLOCK) {
+            let mut squares = [S::ZERO; BLOCK];
+            for row in a.chunks_exact(n.max(1)) {
+                for (square, &x) in squares.iter_mut().zip(row.get(start..).unwrap_or_default()) {
+                    *square += x * x;
+                }
+            }
+            longest.compare(start, &squares);
+        }
+        longest
+    }
+
+    /// With columns from `start` on.
+    fn compare(&mut self, start: usize, squares: &[S]) {
+        for (column, &square) in (start..).zip(squares) {
+            // Written so that NaN is the longest.
+            if !(square <= self.square) {
+                *self = Self { column, square };
+            }
+        }
+    }
+
+    fn length(&self) -> S {
+        self.square.sqrt()
+    }
+}
+
+/// Reflects all of n columns but j, in which the vector of the reflection is; the longest of these without the first row.
+fn reflect_others<S: Scalar>(a: &mut [S], n: usize, j: usize, scale: S) -> Longest<S> {
+    let (mut start, mut longest) = (0, Longest::NONE);
+    while start < n {
+        start += match n - start {
+            BLOCK.. => reflect_block::<S, BLOCK>(a, n, [j, start], scale, &mut longest),
+            4.. => reflect_block::<S, 4>(a, n, [j, start], scale, &mut longest),
+            _ => reflect_block::<S, 1>(a, n, [j, start], scale, &mut longest),
+        };
+    }
+    longest
+}
+
+/// As [`reflect_others`], W columns from `start` on; returns W.
+fn reflect_block<S: Scalar, const W: usize>(
+    a: &mut [S],
+    n: usize,
+    [j, start]: [usize; 2],
+    scale: S,
+    longest: &mut Longest<S>,
+) -> usize {
+    let mut sums = [S::ZERO; W];
+    for row in a.chunks_exact(n.max(1)) {
+        let block = row.get(start..).and_then(<[S]>::first_chunk::<W>);
+        if let (Some(&v), Some(block)) = (row.get(j), block)
+            && v != S::ZERO
+        {
+            let v = scale * v;
+            for (sum, &x) in sums.iter_mut().zip(block) {
+                *sum += v * x;
+            }
+        }
+    }
+    let own = j.checked_sub(start);
+    if let Some(sum) = own.and_then(|own| sums.get_mut(own)) {
+        *sum = S::ZERO;
+    }
+    let mut squares = [S::ZERO; W];
+    for (i, row) in a.chunks_exact_mut(n.max(1)).enumerate() {
+        let v = row.get(j).copied().unwrap_or(S::ZERO);
+        let Some(block) = row.get_mut(start..).and_then(<[S]>::first_chunk_mut::<W>) else {
+            continue;
+        };
+        for (x, &sum) in block.iter_mut().zip(&sums) {
+            *x -= v * sum;
+        }
+        if i > 0 {
+            for (square, &x) in squares.iter_mut().zip(&*block) {
+                *square += x * x;
+            }
+        }
+    }
+    if let Some(square) = own.and_then(|own| squares.get_mut(own)) {
+        *square = S::ZERO;
+    }
+    longest.compare(start, &squares);
+    W
+}
+
+/// Reflects the columns of `b` by the vector with these entries.
+fn reflect<'a, S: Scalar>(
+    b: &mut [S],
+    width: usize,
+    vector: impl Iterator<Item = &'a S> + Clone,
+    scale: S,
+) {
+    for start in (0..width).step_by(BLOCK) {
+        let mut sums = [S::ZERO; BLOCK];
+        for (row, &v) in b.chunks_exact(width.max(1)).zip(vector.clone()) {
+            for (sum, &x) in sums.iter_mut().zip(row.get(start..).unwrap_or_default()) {
+                *sum += scale * v * x;
+            }
+        }
+        for (row, &v) in b.chunks_exact_mut(width.max(1)).zip(vector.clone()) {
+            for (x, &sum) in row.get_mut(start..).unwrap_or_default().iter_mut().zip(&sums) {
+                *x -= v * sum;
+            }
+        }
+    }
 }
 
 #[cfg(test)]

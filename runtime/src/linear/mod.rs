@@ -8,7 +8,6 @@ mod cholesky;
 mod householder;
 mod independent;
 mod largest;
-mod longest;
 mod pseudoinverse;
 #[cfg(test)]
 #[path = "../../../tests/src/uniform.rs"]
@@ -19,9 +18,7 @@ pub(crate) use cholesky::{
     backward, conditioning, factor, forward, forward_rows, times_lower, times_upper,
 };
 pub(crate) use householder::{reflect, solve};
-pub(crate) use independent::{
-    clearly_independent, orthogonalise_independent, orthogonalise_weak, reduce_groups,
-};
+pub(crate) use independent::{clearly_independent, orthogonalise_independent, reduce_groups};
 pub(crate) use largest::{max_abs, max_abs_of_many};
 pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};
 

@@ -14,7 +14,6 @@
 //! After M. R. Hestenes, "Inversion of matrices by biorthogonalization", 1958; Golub and
 //! Van Loan, "Matrix Computations", 8.6.3.
 
-use super::independent::dot_in_parts;
 use super::{add_scaled, dot, rows_of, rows_of_mut};
 use crate::constants::{JACOBI_SWEEPS, NEGLIGIBLE_EPSILONS, ORTHOGONAL_EPSILONS};
 use crate::workspace::split;
@@ -114,11 +113,11 @@ fn sweep<S: Scalar>(
     {
         let pairs = later.chunks_exact_mut(n.max(1)).zip(later_b.chunks_exact_mut(width.max(1)));
         for (second, second_b) in pairs {
-            let product = dot_in_parts(first, second);
+            let product = dot(first, second);
             if product == S::ZERO {
                 continue;
             }
-            let (alpha, beta) = (dot_in_parts(first, first), dot_in_parts(second, second));
+            let (alpha, beta) = (dot(first, first), dot(second, second));
             // Written so that NaN counts as done.
             if !(product * product > threshold * alpha * beta) || !(alpha.min(beta) > negligible) {
                 continue;

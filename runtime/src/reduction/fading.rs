@@ -13,8 +13,7 @@
 
 use super::{Motion, Reduction, suitable};
 use crate::constants::{
-    FADING_ASIDE, FADING_RATE, FEW_SPEEDS, NOISE_OF_ACCELERATION, SPEED_ACROSS, SPEED_ALONG,
-    WEAK_SHARE,
+    FADING_ASIDE, FADING_RATE, NOISE_OF_ACCELERATION, SPEED_ACROSS, SPEED_ALONG,
 };
 use crate::linear::{add_scaled, copy, dot, max_abs, set_scaled};
 use crate::plumbing::Dimensions;
@@ -38,8 +37,9 @@ pub(crate) fn accelerate<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Option<Constraint>, Error> {
+    let Dimensions { reduction: sizes, speeds, loops, .. } = system.dimensions();
     match suitable(system) {
-        Some(reduction) if system.dimensions().speeds > FEW_SPEEDS => {
+        Some(reduction) if sizes.most_independent(speeds, loops) > sizes.independent => {
             by_rows(system, reduction, state, (zone, may_be_open), workspace, out)
         }
         _ => Ok(None),
@@ -64,18 +64,14 @@ fn by_rows<Y: Mechanism>(
     let openings = split(workspace, sizes.dependent())?;
     motion.write(reduction, state)?;
     let rows = FadingRows::of(reduction, gap, motion.terms.closure);
-    let is_weak = rows.are_weak(motion.terms.closure);
-    if may_be_open && !gap.is_closed() && is_weak {
+    if may_be_open && !gap.is_closed() {
         return Ok(Some(Constraint::passing(rank, false)));
     }
     let mut solve = |motion: &mut Motion<'_, _>, is_eliminated: bool| {
         if !is_eliminated || !motion.solve((system, t), true, out, &mut [])? {
             return Ok(None);
         }
-        let constraint = match is_weak {
-            true => Constraint::passing(motion.rank(system), gap.is_closed()),
-            false => Constraint::strong(motion.rank(system)),
-        };
+        let constraint = Constraint::passing(motion.rank(system), gap.is_closed());
         Ok(Some((constraint, max_abs(out))))
     };
     let is_eliminated = motion.leave_out(&rows, |_, _, _, _| false)?;
@@ -123,11 +119,6 @@ impl<'a, S: Scalar> FadingRows<'a, S> {
     fn all<'c>(&self, closure: &'c [S]) -> impl Iterator<Item = (u16, &'c [S])> {
         let rows = self.reduction.closure;
         self.reduction.dependent().map(move |joint| (joint, rows.entries_of(joint.into(), closure)))
-    }
-
-    /// Whether a row has faded to less than a hundredth.
-    fn are_weak(&self, closure: &[S]) -> bool {
-        self.all(closure).any(|(_, row)| self.share(row) <= S::from_f64(WEAK_SHARE))
     }
 
     /// The joints that are determined by rows, in the order of the elimination.

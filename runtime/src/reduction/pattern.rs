@@ -175,9 +175,10 @@ impl ReductionSizes {
     /// Those of mechanisms that have no reduction.
     pub const NONE: Self = Self { branches: 0, depth: 0, independent: 0, closure: 0, factors: 0 };
 
-    /// Independent joints at most, where rows of J are left out: one for each loop of a mechanism of many speeds.
+    /// Independent joints at most, where rows of J are left out: one for each loop of a mechanism of many speeds. With fewer, a
+    /// decomposition costs little.
     pub(super) const fn most_independent(self, speeds: usize, loops: usize) -> usize {
-        self.independent + if speeds > FEW_SPEEDS { loops } else { 0 }
+        self.independent + if speeds > 2 * FEW_SPEEDS { loops } else { 0 }
     }
 
     /// Dependent joints: the rows of J that are needed.
