@@ -18,6 +18,7 @@ mod formulas;
 mod free;
 mod free_contacts;
 mod hinges;
+mod implicit;
 mod motions;
 mod near_flat;
 mod newton_euler;

@@ -1,0 +1,49 @@
+//! Implicit steps of sheets, whose derivatives are taken along the closure, against an explicit method.
+
+use lamc_runtime::{Dopri5, Integrator, Mechanism, Rodas, State};
+use lamc_tests::compile_text;
+use lamc_tests::sheets::{miura, yoshimura};
+use lamc_workbench::execution::Jit;
+
+/// The joint of the first hinge gets a torque that changes with time, and all have much damping.
+fn pushed(text: &str) -> String {
+    let damped = text.replace("damping: 2e-6", "damping: 2e-5");
+    damped.replacen("stiffness:", "torque: \"2e-4*sin(300*t)\", stiffness:", 1)
+}
+
+fn end<I: Integrator<Jit>>(system: &Jit, mut method: I) -> (Vec<f64>, usize) {
+    let state = system.assembled().unwrap();
+    let mut state = State { t: 0.0, q: state.q, u: state.u };
+    let mut steps = 0;
+    method.run(system, &mut state, DURATION, |_| steps += 1).unwrap();
+    (state.q, steps)
+}
+
+/// s.
+const DURATION: f64 = 0.02;
+
+/// The error of a step by RODASP is some h^5, and that of a method whose matrix is not the derivative of what it evaluates h^3 or
+/// worse: with a tolerance a thousand times smaller it would take ten times as many steps or more, instead of four.
+#[test]
+fn implicit_steps_of_sheets_follow_the_motion() {
+    let sheets = [("miura 4x5", miura(4, 5)), ("yoshimura 4x5", yoshimura(4, 5))];
+    for (name, text) in sheets {
+        let compiled = compile_text(&pushed(&text));
+        let system = Jit::new(&compiled.program);
+        let mut explicit = Dopri5::new(&system);
+        (explicit.relative, explicit.absolute) = (1e-11, 1e-12);
+        let (expected, _) = end(&system, explicit);
+        let mut counts = Vec::new();
+        for tolerance in [1e-5, 1e-8] {
+            let mut implicit = Rodas::new(&system);
+            (implicit.relative, implicit.absolute) = (tolerance, tolerance);
+            let (found, steps) = end(&system, implicit);
+            let errors = found.iter().zip(&expected).map(|(a, b)| (a - b).abs());
+            let error = errors.fold(0.0, f64::max);
+            println!("{name}, tolerance {tolerance:e}: {steps} steps, error {error:.1e}");
+            assert!(error < 20.0 * tolerance, "{name}: {error:e}");
+            counts.push(steps);
+        }
+        assert!(counts[1] < 8 * counts[0], "{name}: {counts:?} steps");
+    }
+}
