@@ -1,6 +1,7 @@
 //! Implicit steps of sheets, whose derivatives are taken along the closure, against an explicit method.
 
 use lamc_runtime::{Dopri5, Integrator, Mechanism, Rodas, State};
+use lamc_tests::compare::largest;
 use lamc_tests::compile_text;
 use lamc_tests::sheets::{miura, yoshimura};
 use lamc_workbench::execution::Jit;
@@ -38,8 +39,8 @@ fn implicit_steps_of_sheets_follow_the_motion() {
             let mut implicit = Rodas::new(&system);
             (implicit.relative, implicit.absolute) = (tolerance, tolerance);
             let (found, steps) = end(&system, implicit);
-            let errors = found.iter().zip(&expected).map(|(a, b)| (a - b).abs());
-            let error = errors.fold(0.0, f64::max);
+            let errors: Vec<f64> = found.iter().zip(&expected).map(|(a, b)| a - b).collect();
+            let error = largest(&errors);
             println!("{name}, tolerance {tolerance:e}: {steps} steps, error {error:.1e}");
             assert!(error < 20.0 * tolerance, "{name}: {error:e}");
             counts.push(steps);
