@@ -24,9 +24,9 @@ use crate::{Error, Mechanism};
 /// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
 ///   4 c and two of coordinates 2 N; directions P + I;
 /// * a reduction to d independent speeds, of B joints, with K entries of the rows of J and F of their L and U, where the
-///   module has one: 19 B + K + F; with w = 8 for d <= 8, else 16, and b for d / w rounded up, (b + 1) w for each joint,
+///   module has one: 22 B + K + F; with w = 8 for d <= 8, else 16, and b for d / w rounded up, (b + 1) w for each joint,
 ///   6 w + 12 for each on the longest way from the ground; d d + b w + 21; (D + N + 1) d + (D + N) (D + N + 4);
-///   residuals, two vectors and coordinates r + 2 N + NQ;
+///   residuals, two vectors and coordinates r + 2 N + NQ; with more than 24 speeds, d and D are larger by L, and K counts twice;
 /// * rigid contacts: 3 N and some 20 numbers for each contact point; for mechanisms without, never the largest.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
     let with_stops =

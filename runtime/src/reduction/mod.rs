@@ -12,8 +12,8 @@
 //!
 //! Driven joints, which have a prescribed acceleration, are conditions on the independent speeds ([`driven`]).
 //!
-//! As elimination in straight-line code, this does not decide on the rank: where the pivots that the compiler
-//! chose do not suit a state, the caller does.
+//! This decides on the rank only where rows of J fade by themselves ([`fading`]). Where the pivots that the compiler chose do not suit
+//! a state in another way, the caller does.
 
 mod blocks;
 mod correction;
@@ -262,7 +262,14 @@ pub(crate) const fn reduction_len(dimensions: Dimensions) -> usize {
     if branches == 0 {
         return 0;
     }
+    // The rows' changes along a motion.
+    let changes = if d > sizes.independent { closure + sizes.dependent() } else { 0 };
     let terms = (2 * PARTS + 1) * branches + closure + 2 * sizes.dependent();
     let state = 9 * loops + drives + 2 * speeds + coordinates;
-    terms + d + driven_len(drives + d - sizes.independent, d) + state + inertia_len(sizes, d)
+    terms
+        + changes
+        + d
+        + driven_len(drives + d - sizes.independent, d)
+        + state
+        + inertia_len(sizes, d)
 }
