@@ -223,11 +223,13 @@ impl<'a, S: Scalar> Elimination<'a, S> {
     }
 
     /// The transpose of [`substitute`](Self::substitute), in place: rows of independent joints become the sums over all joints of
-    /// their entries of N times the joint's row, and those of the others the same for what their rows of J have to be.
+    /// their entries of N times the joint's row; where the rows `of_all` joints are wanted, those of the others become the same for what
+    /// their rows of J have to be.
     pub fn take_back<const W: usize>(
         &self,
         reduction: &Reduction<'_, S>,
         x: &mut [Block<S, W>],
+        of_all: bool,
     ) -> Result<(), Error> {
         let steps = || reduction.steps.iter().zip(&*self.within).enumerate();
         for (step, (joints, within)) in steps() {
@@ -248,7 +250,9 @@ impl<'a, S: Scalar> Elimination<'a, S> {
             let [mut a, mut b, c] = [get(x, joints[0]), get(x, joints[1]), get(x, joints[2])];
             b = sum_of(-within[2][1], &c, &b);
             a = sum_of(-within[1][0], &b, &sum_of(-within[2][0], &c, &a));
-            put(x, *joints, [&a, &b, &c]);
+            if of_all {
+                put(x, *joints, [&a, &b, &c]);
+            }
             for (&column, factors) in reduction.lower.of(step, self.lower) {
                 let x = at_mut(x, column)?;
                 *x = sum_of(-factors[0], &a, x);

@@ -245,17 +245,13 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             core::array::from_fn(|lane| if Some(lane) == of_p { value } else { S::ZERO })
         };
         if is_freed {
-            let mut next = independent.len();
-            let wanted = reduction.dependent().enumerate().map(|(row, joint)| {
-                let mut block = at_p(bias.opening.get(row).copied().unwrap_or(S::ZERO));
-                if freed.get(usize::from(joint)).is_some_and(|&flag| flag != S::ZERO) {
-                    let lane = next.checked_sub(first).and_then(|lane| block.get_mut(lane));
-                    lane.into_iter().for_each(|lane| *lane = S::ONE);
-                    next += 1;
-                }
-                block
-            });
-            elimination.substitute(reduction, n, wanted)?;
+            substitute_freed(
+                elimination,
+                reduction,
+                Freed(Some(freed)),
+                n,
+                (first, bias.opening, of_p),
+            )?;
         } else {
             elimination.substitute(reduction, n, bias.opening.iter().map(|&value| at_p(value)))?;
         }
@@ -304,7 +300,7 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             products.get(d).copied().unwrap_or(none)
         } else {
             let sum = x.iter().zip(&*half).fold(none, |sum, (&x, row)| sum_of(x, row, &sum));
-            elimination.take_back(reduction, half)?;
+            elimination.take_back(reduction, half, is_freed)?;
             sum
         };
         // p^T G N
@@ -336,4 +332,32 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     pub fn is_exact(&self) -> bool {
         self.independent < width(self.independent)
     }
+}
+
+/// As [`Elimination::substitute`] for a block of N that begins with this column, where rows of J are left out: the joint of each has a
+/// column of its own after those of the independent joints. A function of its own, so that other states do without its code.
+#[inline(never)]
+fn substitute_freed<S: Scalar, const W: usize>(
+    elimination: &Elimination<'_, S>,
+    reduction: &Reduction<'_, S>,
+    freed: Freed<'_, S>,
+    n: &mut [Block<S, W>],
+    (first, opening, of_p): (usize, &[S], Option<usize>),
+) -> Result<(), Error> {
+    let mut next = reduction.independent.len();
+    let wanted = reduction.dependent().enumerate().map(|(row, joint)| {
+        let mut block = [S::ZERO; W];
+        if let Some((place, &value)) =
+            of_p.and_then(|of_p| block.get_mut(of_p)).zip(opening.get(row))
+        {
+            *place = value;
+        }
+        if freed.contains(joint) {
+            let lane = next.checked_sub(first).and_then(|lane| block.get_mut(lane));
+            lane.into_iter().for_each(|lane| *lane = S::ONE);
+            next += 1;
+        }
+        block
+    });
+    elimination.substitute(reduction, n, wanted)
 }

@@ -3,7 +3,7 @@
 use super::Inertia;
 use crate::linear::{backward, dot, forward};
 use crate::reduction::Terms;
-use crate::reduction::blocks::{NARROW, WIDE, reduce, total, width};
+use crate::reduction::blocks::{NARROW, WIDE, padded, reduce, total, width};
 use crate::reduction::driven::{Driven, Met};
 use crate::reduction::elimination::Freed;
 use crate::{Error, Scalar};
@@ -187,7 +187,9 @@ impl<S: Scalar> Inertia<'_, S> {
 
     fn combine_blocks<const W: usize>(&self, out: &mut [S]) {
         let branches = self.reduction.branches;
-        let (rows, y) = (self.null_space.as_chunks::<W>().0, self.row.as_chunks::<W>().0);
+        // There is room for more blocks than there are.
+        let row = self.row.get(..padded(self.independent)).unwrap_or_default();
+        let (rows, y) = (self.null_space.as_chunks::<W>().0, row.as_chunks::<W>().0);
         for (index, branch) in branches.iter().enumerate() {
             let mut sums = [S::ZERO; W];
             for (n, y) in rows.iter().skip(index).step_by(branches.len()).zip(y) {
