@@ -133,6 +133,7 @@ impl<Y: Mechanism> Derivatives<Y> {
         let d = n - rank;
         if drives == 0
             && n > FEW_SPEEDS
+            && d > 0
             && d * JOINTS_OF_FREEDOM <= n
             && let Some(is_rough) = self.along_closure(system, state, d, workspace)?
         {

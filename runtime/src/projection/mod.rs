@@ -204,7 +204,7 @@ fn directly<Y: Mechanism>(
                 correction.write(system, (t, q, u), out)
             };
             let residual = repeat(system, q, u, enough, room, write)?;
-            (residual, rank + correction.drives())
+            (residual, correction.rank(system))
         }
         None => {
             let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, _: bool| {

@@ -52,9 +52,9 @@ impl<'a, S: Scalar> Correction<'a, S> {
         })
     }
 
-    /// The number of driven joints whose angles do not follow from those of the others.
-    pub fn drives(&self) -> usize {
-        self.driven.rank()
+    /// The number of independent rows of J and driven joints.
+    pub fn rank<Y: Mechanism>(&self, system: &Y) -> usize {
+        system.dimensions().rank + self.driven.rank() - self.inertia.left_out()
     }
 
     /// The matrices are computed again at the next state.
