@@ -3,7 +3,7 @@
 //! A phase is a type whose constructor takes the phases that it needs, so the compiler checks the
 //! order.
 
-use lamc_runtime::plumbing::may_be_reduced;
+use lamc_runtime::plumbing::{ReductionSizes, may_be_reduced};
 
 use super::articulated::ArticulatedBodies;
 use super::binder::{Binder, Label};
@@ -170,7 +170,8 @@ fn defined(binder: &mut Binder) -> Result<(), Diagnostics> {
 }
 
 /// Derives the solution for independent speeds or, for many of them and for driven joints, its parts: for mechanisms of
-/// several loops or with free bodies. Joints with limits are driven while they are held there, so that both are derived.
+/// several loops or with free bodies. Joints with limits are driven while they are held there, and next to the singular states of many
+/// speeds the runtime goes on where straight-line code ends, so that both are derived.
 fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option<Terms>) {
     let topology = binder.topology();
     let mechanism = &topology.mechanism;
@@ -196,7 +197,8 @@ fn independent(binder: &mut Binder, phases: &Phases) -> (Option<Reduced>, Option
     let has_stops = mechanism.joints.iter().any(|joint| joint.limits.iter().any(|x| x.is_finite()));
     let has_parts = !has_free && !reduction.independent.is_empty();
     let is_in_parts = has_parts && (is_driven || has_many);
-    let terms = (is_in_parts || has_parts && has_stops)
+    let is_large = ReductionSizes::may_leave_out(mechanism.speeds());
+    let terms = (is_in_parts || has_parts && (has_stops || is_large))
         .then(|| parts(binder, phases, reduction, &sparsity));
     let reduced = (!is_in_parts).then(|| {
         let elimination = independent::Elimination::new(binder, phases.closure, reduction);

@@ -217,6 +217,11 @@ impl Interface {
         }
     }
 
+    /// Whether a joint has a limit.
+    pub fn has_stops(&self) -> bool {
+        self.joints.iter().flat_map(|joint| joint.limits).any(f64::is_finite)
+    }
+
     /// The driven joints, in the order of the drives.
     pub fn driven(&self) -> Vec<JointId> {
         let joints = self.joints.iter().enumerate().filter(|(_, joint)| joint.driven);

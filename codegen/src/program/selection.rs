@@ -1,5 +1,7 @@
 //! Which functions of a mechanism a backend writes.
 
+use std::borrow::Cow;
+
 use super::ir::{Function, Instruction, Interface, Op, Output, Program, Slot, Value};
 use super::signature::{FunctionKind, Role};
 
@@ -143,6 +145,21 @@ impl Program {
         };
         program.forget_unread_numbers();
         program
+    }
+
+    /// The program without what straight-line code does not need: modules in C solve with joints at stops and next to singular
+    /// states by decompositions.
+    #[must_use]
+    pub fn without_reduction(&self) -> Cow<'_, Self> {
+        if !self.solves() || self.reduction().is_none() {
+            return Cow::Borrowed(self);
+        }
+        let mut program = self.clone();
+        for kind in [FunctionKind::Reduction, FunctionKind::ProjectionReduction] {
+            let none = Function { kind, instructions: Vec::new(), outputs: Vec::new() };
+            program.functions[kind as usize] = none;
+        }
+        Cow::Owned(program)
     }
 
     /// Leaves out the numbers of the drawing that no function reads, with what computes them.

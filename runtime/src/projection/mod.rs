@@ -22,7 +22,7 @@ use crate::decomposition::Decomposition;
 use crate::linear::{add_scaled, copy, max_abs, max_abs_of_many};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
-use crate::reduction::{Correction, suitable};
+use crate::reduction::{Correction, Reduction, beyond_solution, suitable};
 use crate::trust::Trust;
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
@@ -181,38 +181,42 @@ fn directly<Y: Mechanism>(
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
     enough: Y::Scalar,
-    mut workspace: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
 ) -> Result<Option<Projected<Y::Scalar>>, Error> {
     let dimensions = system.dimensions();
-    let Dimensions { coordinates, speeds: n, rank, loops, drives, .. } = dimensions;
-    if drives != 0 && system.reduction().is_none() {
-        return Ok(None);
+    if suitable(system).is_none() && dimensions.drives == 0 {
+        let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, _: bool| {
+            Ok(Trust::of(dimensions, system.write_projection(q, u, out)?))
+        };
+        let room = Room::of(dimensions, &mut &mut *workspace)?;
+        if let Some(residual) = repeat(system, q, u, enough, room, write)? {
+            return Ok(Some(Projected { residual, rank: dimensions.rank }));
+        }
     }
-    let room = Room {
-        residual: split(&mut workspace, 9 * loops + drives)?,
-        positions: split(&mut workspace, n)?,
-        speeds: split(&mut workspace, n)?,
-        given: split(&mut workspace, coordinates)?,
-    };
-    let (residual, rank) = match suitable(system) {
-        Some(reduction) => {
-            let mut correction = Correction::of(system, reduction, &mut &mut *workspace)?;
-            let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, is_far: bool| {
-                if is_far {
-                    correction.forget();
-                }
-                correction.write(system, (t, q, u), out)
-            };
-            let residual = repeat(system, q, u, enough, room, write)?;
-            (residual, correction.rank(system))
+    match beyond_solution(system) {
+        Some(reduction) => reduced(system, reduction, (t, q, u), enough, workspace),
+        None => Ok(None),
+    }
+}
+
+/// As [`directly`], by the runtime's elimination.
+fn reduced<Y: Mechanism>(
+    system: &Y,
+    reduction: Reduction<'_, Y::Scalar>,
+    (t, q, u): (Y::Scalar, &mut [Y::Scalar], &mut [Y::Scalar]),
+    enough: Y::Scalar,
+    mut workspace: &mut [Y::Scalar],
+) -> Result<Option<Projected<Y::Scalar>>, Error> {
+    let room = Room::of(system.dimensions(), &mut workspace)?;
+    let mut correction = Correction::of(system, reduction, &mut &mut *workspace)?;
+    let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, is_far: bool| {
+        if is_far {
+            correction.forget();
         }
-        None => {
-            let write = |q: &[_], u: &[_], out: ProjectionMut<'_, _>, _: bool| {
-                Ok(Trust::of(dimensions, system.write_projection(q, u, out)?))
-            };
-            (repeat(system, q, u, enough, room, write)?, rank)
-        }
+        correction.write(system, (t, q, u), out)
     };
+    let residual = repeat(system, q, u, enough, room, write)?;
+    let rank = correction.rank(system);
     Ok(residual.map(|residual| Projected { residual, rank }))
 }
 
@@ -222,6 +226,18 @@ struct Room<'a, S> {
     positions: &'a mut [S],
     speeds: &'a mut [S],
     given: &'a mut [S],
+}
+
+impl<'a, S> Room<'a, S> {
+    fn of(dimensions: Dimensions, workspace: &mut &'a mut [S]) -> Result<Self, Error> {
+        let Dimensions { coordinates, speeds, loops, drives, .. } = dimensions;
+        Ok(Self {
+            residual: split(workspace, 9 * loops + drives)?,
+            positions: split(workspace, speeds)?,
+            speeds: split(workspace, speeds)?,
+            given: split(workspace, coordinates)?,
+        })
+    }
 }
 
 /// Steps until the loops are closed; returns the largest residual, or nothing, with q as it was. `write` writes residuals and steps, and

@@ -11,7 +11,7 @@
 //! The elimination is that of all other states, with other entries in some rows. Where a pivot fades and its row does not, another joint
 //! should determine it: the row is a condition on the independent speeds. Where no joint can, a decomposition decides.
 
-use super::{Motion, Reduction, suitable};
+use super::{Motion, Reduction, beyond_solution};
 use crate::constants::{
     FADING_ASIDE, FADING_RATE, NOISE_OF_ACCELERATION, SPEED_ACROSS, SPEED_ALONG,
 };
@@ -38,7 +38,7 @@ pub(crate) fn accelerate<Y: Mechanism>(
     out: &mut [Y::Scalar],
 ) -> Result<Option<Constraint>, Error> {
     let Dimensions { reduction: sizes, speeds, loops, .. } = system.dimensions();
-    match suitable(system) {
+    match beyond_solution(system) {
         Some(reduction) if sizes.most_independent(speeds, loops) > sizes.independent => {
             by_rows(system, reduction, state, (zone, may_be_open), workspace, out)
         }

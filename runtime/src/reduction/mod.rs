@@ -69,6 +69,14 @@ pub(crate) fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scal
     system.reduction().filter(|it| !it.is_for_driven || system.dimensions().drives != 0)
 }
 
+/// The reduction also where straight-line code solves most states: next to singular states of many speeds it goes on where that ends.
+#[inline(always)]
+pub(crate) fn beyond_solution<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scalar>> {
+    let Dimensions { reduction: sizes, speeds, loops, drives, .. } = system.dimensions();
+    let may_free = sizes.most_independent(speeds, loops) > sizes.independent;
+    system.reduction().filter(|it| !it.is_for_driven || drives != 0 || may_free)
+}
+
 /// How far an elimination can be trusted, the number of independent rows, and next to a singular state the largest u^2 / s^3 of the
 /// rows with pivots s.
 type Found<S> = (Trust<S>, usize, S);
@@ -83,7 +91,7 @@ pub(crate) fn accelerate<Y: Mechanism>(
     out: &mut [Y::Scalar],
     torques: Option<&mut [Y::Scalar]>,
 ) -> Result<Found<Y::Scalar>, Error> {
-    match suitable(system) {
+    match beyond_solution(system) {
         Some(reduction) => reduced(system, reduction, state, workspace, out, torques),
         None => Ok(nothing()),
     }

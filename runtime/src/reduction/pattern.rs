@@ -175,10 +175,14 @@ impl ReductionSizes {
     /// Those of mechanisms that have no reduction.
     pub const NONE: Self = Self { branches: 0, depth: 0, independent: 0, closure: 0, factors: 0 };
 
-    /// Independent joints at most, where rows of J are left out: one for each loop of a mechanism of many speeds. With fewer, a
-    /// decomposition costs little.
+    /// Whether rows of J may be left out of a mechanism of so many speeds. With fewer, a decomposition costs little.
+    pub const fn may_leave_out(speeds: usize) -> bool {
+        speeds > 2 * FEW_SPEEDS
+    }
+
+    /// Independent joints at most, where rows of J are left out: one for each loop.
     pub(super) const fn most_independent(self, speeds: usize, loops: usize) -> usize {
-        self.independent + if speeds > 2 * FEW_SPEEDS { loops } else { 0 }
+        self.independent + if Self::may_leave_out(speeds) { loops } else { 0 }
     }
 
     /// Dependent joints: the rows of J that are needed.

@@ -12,12 +12,10 @@ mod description;
 mod offered;
 mod tables;
 
-use std::borrow::Cow;
-
 use lamc_runtime::constants::{ALL, Constant};
 use tera::{Context, Tera};
 
-use crate::program::{Function, FunctionKind, Program};
+use crate::program::Program;
 pub(super) use body::constant;
 pub use body::{helpers, offered};
 pub(super) use description::fields;
@@ -61,7 +59,7 @@ impl Real {
 
 /// Returns the header: types, constants, and the declarations of the functions with units.
 pub fn header(program: &Program, real: Real) -> String {
-    let program = &without_stops(program);
+    let program = &program.without_reduction();
     let mut context = description::of(program, real);
     context.insert("offered", &offered::offered(program, real.name()));
     render(lamc_templates::C_HEADER, &context)
@@ -80,26 +78,13 @@ pub fn source_with(
     header_name: &str,
     constants: &[Constant],
 ) -> String {
-    let program = &without_stops(program);
+    let program = &program.without_reduction();
     let mut context = description::of(program, real);
     context.insert("header_name", header_name);
     context.insert("offered", &offered::offered(program, "real"));
     body::insert(&mut context, program, real, &header(program, real));
     algorithms::insert(&mut context, program, real, constants);
     render(lamc_templates::C_SOURCE, &context)
-}
-
-/// The program without what only joints at stops need, which C modules do not have.
-fn without_stops(program: &Program) -> Cow<'_, Program> {
-    if !program.solves() || program.reduction().is_none() {
-        return Cow::Borrowed(program);
-    }
-    let mut program = program.clone();
-    for kind in [FunctionKind::Reduction, FunctionKind::ProjectionReduction] {
-        let none = Function { kind, instructions: Vec::new(), outputs: Vec::new() };
-        program.functions[kind as usize] = none;
-    }
-    Cow::Owned(program)
 }
 
 /// Returns the constants as macros, each below a comment with its meaning.
