@@ -93,11 +93,12 @@ impl<Y: Mechanism> Search<'_, Y> {
         let n = self.system.dimensions().speeds;
         self.normal.fill(Y::Scalar::ZERO);
         for row in self.jacobian.chunks_exact(n.max(1)) {
+            let first = row.iter().take_while(|&&entry| entry == Y::Scalar::ZERO).count();
             let lines = self.normal.chunks_exact_mut(n.max(1)).zip(row).zip(&*self.free);
-            for (i, ((line, &entry), &free)) in lines.enumerate() {
+            for (i, ((line, &entry), &free)) in lines.enumerate().skip(first) {
                 let value = entry * free;
                 if value != Y::Scalar::ZERO {
-                    for (sum, &entry) in line.iter_mut().zip(row).take(i + 1) {
+                    for (sum, &entry) in line.iter_mut().zip(row).take(i + 1).skip(first) {
                         *sum += value * entry;
                     }
                 }

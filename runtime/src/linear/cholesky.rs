@@ -1,6 +1,8 @@
 //! Cholesky factor of a symmetric positive definite matrix, A = L L^T, in place.
 //!
-//! The diagonal holds 1 / `l_ii`, so that substitutions multiply instead of dividing.
+//! The diagonal holds 1 / `l_ii`, so that substitutions multiply instead of dividing. A row of L is zero as far as that of A is:
+//! what is known to be zero is left out, and the bits are the same (A. Jennings, "A compact storage scheme for the solution of
+//! symmetric linear simultaneous equations", 1966). Joints of a sheet that are far apart have no entry.
 
 use super::{add_scaled, diagonal, dot};
 use crate::Scalar;
@@ -12,12 +14,13 @@ pub(crate) fn factor<S: Scalar>(a: &mut [S], n: usize) -> Result<(), usize> {
     for i in 0..n {
         let (above, rest) = a.split_at_mut_checked(i * n).ok_or(i)?;
         let row = rest.get_mut(..=i).ok_or(i)?;
-        for (j, other) in (0..i).zip(above.chunks_exact(n)) {
+        let first = zeros(&row[..i]);
+        for (j, other) in (0..i).zip(above.chunks_exact(n)).skip(first) {
             let (done, rest) = row.split_at_mut_checked(j).ok_or(i)?;
             let (entry, reciprocal) = rest.first_mut().zip(other.get(j)).ok_or(i)?;
-            *entry = (*entry - dot(done, other)) * *reciprocal;
+            *entry = (*entry - dot_from(first, done, other)) * *reciprocal;
         }
-        let pivot = row[i] - dot(&row[..i], &row[..i]);
+        let pivot = row[i] - dot_from(first, &row[..i], &row[..i]);
         // Written so that NaN and infinity fail too.
         if !(pivot > S::EPSILON * row[i]) || !pivot.is_finite() {
             return Err(i);
@@ -27,11 +30,21 @@ pub(crate) fn factor<S: Scalar>(a: &mut [S], n: usize) -> Result<(), usize> {
     Ok(())
 }
 
+/// With how many zeros a row begins.
+fn zeros<S: Scalar>(row: &[S]) -> usize {
+    row.iter().take_while(|&&entry| entry == S::ZERO).count()
+}
+
+/// a . b without the numbers before `first`.
+fn dot_from<S: Scalar>(first: usize, a: &[S], b: &[S]) -> S {
+    dot(a.get(first..).unwrap_or_default(), b.get(first..).unwrap_or_default())
+}
+
 /// `x = L^-1 x`.
 pub(crate) fn forward<S: Scalar>(l: &[S], x: &mut [S]) {
     let n = x.len();
     for (i, row) in (0..n).zip(l.chunks_exact(n.max(1))) {
-        x[i] = (x[i] - dot(&row[..i], &x[..i])) * row[i];
+        x[i] = (x[i] - dot_from(zeros(&row[..i]), &row[..i], &x[..i])) * row[i];
     }
 }
 

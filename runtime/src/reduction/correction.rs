@@ -78,7 +78,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
         let mut eliminated = self.inertia.eliminate(&self.terms)?;
         if self.inertia.may_free() && (eliminated != Trust::Strong || self.inertia.is_freed()) {
             let gap = Gap::of(system, max_abs_of_many(of_loops));
-            eliminated = self.without_unknown_rows(eliminated, gap, u)?;
+            eliminated = self.without_unknown_rows(system, eliminated, gap, u)?;
         }
         let trust = match self.known {
             Some(trust) => trust,
@@ -106,8 +106,9 @@ impl<'a, S: Scalar> Correction<'a, S> {
 
     /// Leaves out the rows along whose directions Newton's method does not find its way, where there are some; returns how far the
     /// others can be trusted. Speeds are corrected by no less than what the directions of rows are uncertain by.
-    fn without_unknown_rows(
+    fn without_unknown_rows<Y: Mechanism<Scalar = S>>(
         &mut self,
+        system: &Y,
         eliminated: Trust<S>,
         gap: Gap<S>,
         u: &[S],
@@ -123,7 +124,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
             Trust::Weak(_) | Trust::Doubtful => {}
         }
         inertia.keep_rows();
-        let rows = FadingRows::of(*reduction, gap, terms.closure);
+        let rows = FadingRows::of(system, *reduction, gap, terms.closure);
         let speed = dot(u, u).sqrt();
         let mut least = S::ONE;
         let openings = of_positions.iter_mut().zip(of_speeds.iter_mut());
@@ -138,7 +139,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
                 }
                 continue;
             }
-            if !inertia.leave_out(joint)? {
+            if !rows.may_be_fewer() || !inertia.leave_out(joint)? {
                 return Ok(Trust::Doubtful);
             }
             (*of_position, *of_speed) = (S::ZERO, S::ZERO);

@@ -6,7 +6,8 @@
 //!
 //! - it stays while its direction is known;
 //! - else a motion that passes through the singular state has the row's change along the motion instead;
-//! - where neither is known it is left out, and the joint that it determines is independent.
+//! - where neither is known it is left out, and the joint that it determines is independent; unless the compiler has dropped rows,
+//!   because they followed from all others.
 //!
 //! The elimination is that of all other states, with other entries in some rows. Where a pivot fades and its row does not, another joint
 //! should determine it: the row is a condition on the independent speeds. Where no joint can, a decomposition decides.
@@ -63,7 +64,7 @@ fn by_rows<Y: Mechanism>(
     let rates = split(workspace, sizes.closure)?;
     let openings = split(workspace, sizes.dependent())?;
     motion.write(reduction, state)?;
-    let rows = FadingRows::of(reduction, gap, motion.terms.closure);
+    let rows = FadingRows::of(system, reduction, gap, motion.terms.closure);
     if may_be_open && !gap.is_closed() {
         return Ok(Some(Constraint::passing(rank, false)));
     }
@@ -106,11 +107,20 @@ pub(super) struct FadingRows<'a, S> {
     gap: Gap<S>,
     /// The length of the longest row.
     largest: S,
+    /// Whether rows of J that the compiler dropped follow from all of these only.
+    are_followed: bool,
 }
 
 impl<'a, S: Scalar> FadingRows<'a, S> {
-    pub fn of(reduction: Reduction<'a, S>, gap: Gap<S>, closure: &[S]) -> Self {
-        let rows = Self { reduction, gap, largest: S::ONE };
+    pub fn of<Y: Mechanism>(
+        system: &Y,
+        reduction: Reduction<'a, S>,
+        gap: Gap<S>,
+        closure: &[S],
+    ) -> Self {
+        let Dimensions { rows, reduction: sizes, .. } = system.dimensions();
+        let are_followed = rows > sizes.dependent();
+        let rows = Self { reduction, gap, largest: S::ONE, are_followed };
         let largest = rows.all(closure).fold(S::ZERO, |most, (_, row)| most.max(length(row)));
         Self { largest, ..rows }
     }
@@ -129,6 +139,11 @@ impl<'a, S: Scalar> FadingRows<'a, S> {
     /// The entries of the row that determines a joint.
     pub fn entries_mut<'c>(&self, joint: u16, closure: &'c mut [S]) -> &'c mut [S] {
         self.reduction.closure.entries_of_mut(joint.into(), closure)
+    }
+
+    /// Whether a row may be left out.
+    pub fn may_be_fewer(&self) -> bool {
+        !self.are_followed
     }
 
     /// Whether the direction of a row is known.

@@ -183,7 +183,7 @@ impl<'a, S: Scalar> Motion<'a, S> {
             if replace(index, joint, row, opening) || rows.is_known(row) {
                 continue;
             }
-            if !inertia.leave_out(joint)? {
+            if !rows.may_be_fewer() || !inertia.leave_out(joint)? {
                 return Ok(false);
             }
             *opening = S::ZERO;

@@ -1,8 +1,17 @@
 /* Cholesky factor of a symmetric positive definite matrix, A = L L^T, in place. The diagonal holds
- * 1 / l_ii, so that substitutions multiply instead of dividing.
+ * 1 / l_ii, so that substitutions multiply instead of dividing. A row of L is zero as far as that of A is.
  *
  * The same as in runtime/src/linear/cholesky.rs. */
 #include "algorithms.h"
+
+/* With how many zeros a row of n numbers begins. */
+static int zeros_of(const real *row, int n)
+{
+    int count = 0;
+    while (count < n && row[count] == 0)
+        count++;
+    return count;
+}
 
 /* Overwrites the lower triangle of a, n x n, by its factor. Returns n, or the first pivot that is not
  * safely positive. */
@@ -10,10 +19,11 @@ PRIVATE int factor_cholesky(real *a, int n)
 {
     for (int i = 0; i < n; i++) {
         real *row = a + i * n;
+        const int first = zeros_of(row, i);
         real pivot;
-        for (int j = 0; j < i; j++)
-            row[j] = (row[j] - dot(row, a + j * n, j)) * a[j * n + j];
-        pivot = row[i] - dot(row, row, i);
+        for (int j = first; j < i; j++)
+            row[j] = (row[j] - dot(row + first, a + j * n + first, j - first)) * a[j * n + j];
+        pivot = row[i] - dot(row + first, row + first, i - first);
         /* Written so that infinity and what is not a number fail too. */
         if (!(pivot > EPSILON * row[i]) || !is_finite(pivot))
             return i;
@@ -25,8 +35,10 @@ PRIVATE int factor_cholesky(real *a, int n)
 /* x = L^-1 x */
 PRIVATE void substitute_forward(const real *l, real *x, int n)
 {
-    for (int i = 0; i < n; i++)
-        x[i] = (x[i] - dot(l + i * n, x, i)) * l[i * n + i];
+    for (int i = 0; i < n; i++) {
+        const int first = zeros_of(l + i * n, i);
+        x[i] = (x[i] - dot(l + i * n + first, x + first, i - first)) * l[i * n + i];
+    }
 }
 
 /* x = L^-T x */

@@ -95,7 +95,8 @@ pub(super) struct Case {
 
 impl Case {
     pub(super) fn new(compiled: Compiled, states: Vec<State64>) -> Self {
-        let system = Interpreter::new(&compiled.program);
+        // Next to singular states C decides by decompositions.
+        let system = Interpreter::new(&compiled.program.without_reduction());
         let interface = &compiled.program.interface;
         let mut constants: Vec<f64> = interface.parameters.iter().map(|p| p.value).collect();
         constants.extend(interface.inputs.iter().map(|_| 0.0));

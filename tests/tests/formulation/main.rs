@@ -19,6 +19,7 @@ mod free;
 mod free_contacts;
 mod hinges;
 mod implicit;
+mod leaving_flat;
 mod motions;
 mod near_flat;
 mod newton_euler;
