@@ -7,10 +7,10 @@
 /* With how many zeros a row of n numbers begins. */
 static int zeros_of(const real *row, int n)
 {
-    int count = 0;
-    while (count < n && row[count] == 0)
-        count++;
-    return count;
+    for (int i = 0; i < n; i++)
+        if (row[i] != 0)
+            return i;
+    return n;
 }
 
 /* Overwrites the lower triangle of a, n x n, by its factor. Returns n, or the first pivot that is not
