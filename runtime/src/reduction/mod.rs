@@ -1,4 +1,5 @@
-//! Acceleration and projection by independent speeds: of mechanisms that have many of them, or driven joints.
+//! Acceleration and projection by independent speeds: of mechanisms that have many of them, or driven joints, and of sheets next to
+//! singular states.
 //!
 //! ```text
 //! u = N y            N from the compiler's elimination of the closure
@@ -66,7 +67,7 @@ impl<'a, S> Terms<'a, S> {
 /// The reduction, where nothing faster takes its place. Mechanisms without one must not have any of its code.
 #[inline(always)]
 pub(crate) fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scalar>> {
-    system.reduction().filter(|it| !it.is_for_driven || system.dimensions().drives != 0)
+    system.reduction().filter(|it| !it.is_beside_solution || system.dimensions().drives != 0)
 }
 
 /// The reduction also where straight-line code solves most states: next to singular states of many speeds it goes on where that ends.
@@ -74,7 +75,7 @@ pub(crate) fn suitable<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scal
 pub(crate) fn beyond_solution<Y: Mechanism>(system: &Y) -> Option<Reduction<'_, Y::Scalar>> {
     let Dimensions { reduction: sizes, speeds, loops, drives, .. } = system.dimensions();
     let may_free = sizes.most_independent(speeds, loops) > sizes.independent;
-    system.reduction().filter(|it| !it.is_for_driven || drives != 0 || may_free)
+    system.reduction().filter(|it| !it.is_beside_solution || drives != 0 || may_free)
 }
 
 /// How far an elimination can be trusted, the number of independent rows, and next to a singular state the largest u^2 / s^3 of the

@@ -29,8 +29,8 @@ pub struct Reduction<'a, S> {
     pub lower: Rows<'a>,
     /// U by step: the joints after it that are left in its rows of J.
     pub upper: Rows<'a>,
-    /// Whether it is for driven joints, and for those at stops, only: straight-line code solves where there are none.
-    pub is_for_driven: bool,
+    /// Whether it is for driven joints, those at stops, and states next to singular ones only: straight-line code solves elsewhere.
+    pub is_beside_solution: bool,
     /// What depends on the state.
     pub parts: &'a dyn ReductionParts<S>,
 }

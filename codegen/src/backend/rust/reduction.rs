@@ -31,7 +31,7 @@ pub fn sizes(program: &Program) -> TokenStream {
 /// Returns the method of `Mechanism` that shows the reduction, if the program has one.
 pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
     let Some(info) = program.reduction() else { return TokenStream::new() };
-    let is_for_driven = program.solves();
+    let is_beside_solution = program.solves();
     let numbers = |values: &[u16]| {
         let values = values.iter().map(|&value| number(value.into()));
         quote!([#(#values),*])
@@ -61,7 +61,7 @@ pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
             Some(Reduction {
                 branches: &BRANCHES, independent: &#independent, steps: &[#(#steps),*],
                 places: &#places, closure: CLOSURE, lower: LOWER, upper: UPPER,
-                is_for_driven: #is_for_driven, parts: self,
+                is_beside_solution: #is_beside_solution, parts: self,
             })
         }
     }

@@ -215,7 +215,7 @@ impl<E: Engine> Mechanism for Executable<E> {
             closure: rows(&reduction.closure),
             lower: rows(&reduction.lower),
             upper: rows(&reduction.upper),
-            is_for_driven: self.has(FunctionKind::Acceleration),
+            is_beside_solution: self.has(FunctionKind::Acceleration),
             parts: self,
         })
     }
