@@ -157,7 +157,7 @@ impl Drawing {
         }
         let kind = FunctionKind::Drawing;
         if entries.is_empty() {
-            return Function { kind, instructions: Vec::new(), outputs: Vec::new() };
+            return Function::none(kind);
         }
         let outputs = vec![Output { name: "numbers", rows: entries.len(), columns: 1, entries }];
         dead::dead(Function { kind, instructions: self.instructions, outputs })

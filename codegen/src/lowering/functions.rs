@@ -47,11 +47,11 @@ pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> 
         of(Reactions, &[&e.reactions]),
         match &e.momentum {
             Some(momentum) => of(Momentum, &[momentum]),
-            None => Function { kind: Momentum, instructions: Vec::new(), outputs: Vec::new() },
+            None => Function::none(Momentum),
         },
         match &e.control {
             Some([next, commands]) => of(Control, &[next, commands]),
-            None => Function { kind: Control, instructions: Vec::new(), outputs: Vec::new() },
+            None => Function::none(Control),
         },
         differentiate::along_changes(
             of(Tangent, &[&e.imbalance, &e.opening]),
@@ -116,7 +116,7 @@ fn gaps(equations: &Equations, interface: &Interface) -> Function {
     let (kind, gaps) = (FunctionKind::Gaps, &equations.gaps);
     let points = interface.contacts.len();
     if points == 0 {
-        return Function { kind, instructions: Vec::new(), outputs: Vec::new() };
+        return Function::none(kind);
     }
     let [gap, friction, normal] = [&gaps.gap, &gaps.friction, &gaps.normal].map(Vec::as_slice);
     let places =

@@ -45,7 +45,7 @@ impl Choice {
         // Operations, and what they wait for each other.
         let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
         let best = self.candidates.into_iter().min_by_key(time);
-        let none = Function { kind: self.kind, instructions: Vec::new(), outputs: Vec::new() };
+        let none = Function::none(self.kind);
         best.filter(|function| function.cost().total() <= self.most).unwrap_or(none)
     }
 }

@@ -136,7 +136,7 @@ impl Program {
             if selection.contains(function.kind) {
                 return function.clone();
             }
-            Function { kind: function.kind, instructions: Vec::new(), outputs: Vec::new() }
+            Function::none(function.kind)
         });
         let mut program = Self {
             interface: self.interface.clone(),
@@ -147,8 +147,8 @@ impl Program {
         program
     }
 
-    /// The program without what straight-line code does not need: modules in C solve with joints at stops and next to singular
-    /// states by decompositions.
+    /// The program without the parts of a reduction beside a solution in straight-line code. Next to singular states, and with joints at
+    /// stops, decompositions take their place.
     #[must_use]
     pub fn without_reduction(&self) -> Cow<'_, Self> {
         if !self.solves() || self.reduction().is_none() {
@@ -156,9 +156,9 @@ impl Program {
         }
         let mut program = self.clone();
         for kind in [FunctionKind::Reduction, FunctionKind::ProjectionReduction] {
-            let none = Function { kind, instructions: Vec::new(), outputs: Vec::new() };
-            program.functions[kind as usize] = none;
+            program.functions[kind as usize] = Function::none(kind);
         }
+        program.forget_unread_numbers();
         Cow::Owned(program)
     }
 
@@ -195,6 +195,11 @@ impl Program {
 }
 
 impl Function {
+    /// A function that the program does not have: without outputs.
+    pub fn none(kind: FunctionKind) -> Self {
+        Self { kind, instructions: Vec::new(), outputs: Vec::new() }
+    }
+
     /// A function whose values have new places among these instructions, by their places among the old.
     pub fn renumbered(
         kind: FunctionKind,

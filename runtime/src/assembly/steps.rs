@@ -7,7 +7,7 @@ use crate::constants::{
     SLIDING_DAMPING, SLIDING_DECREASE, SLIDING_STEPS, SLIDING_TRIALS, SLOW_RATIO, SLOW_STEPS,
 };
 use crate::linear::{
-    add_scaled, backward, copy, diagonal, dot, factor, forward, max_abs, set_scaled,
+    add_scaled, backward, copy, diagonal, dot, factor, forward, leading_zeros, max_abs, set_scaled,
 };
 use crate::rank::closed;
 use crate::{Arithmetic, Error, Mechanism, Scalar};
@@ -93,7 +93,7 @@ impl<Y: Mechanism> Search<'_, Y> {
         let n = self.system.dimensions().speeds;
         self.normal.fill(Y::Scalar::ZERO);
         for row in self.jacobian.chunks_exact(n.max(1)) {
-            let first = row.iter().take_while(|&&entry| entry == Y::Scalar::ZERO).count();
+            let first = leading_zeros(row);
             let lines = self.normal.chunks_exact_mut(n.max(1)).zip(row).zip(&*self.free);
             for (i, ((line, &entry), &free)) in lines.enumerate().skip(first) {
                 let value = entry * free;

@@ -14,7 +14,7 @@ pub(crate) fn factor<S: Scalar>(a: &mut [S], n: usize) -> Result<(), usize> {
     for i in 0..n {
         let (above, rest) = a.split_at_mut_checked(i * n).ok_or(i)?;
         let row = rest.get_mut(..=i).ok_or(i)?;
-        let first = zeros(&row[..i]);
+        let first = leading_zeros(&row[..i]);
         for (j, other) in (0..i).zip(above.chunks_exact(n)).skip(first) {
             let (done, rest) = row.split_at_mut_checked(j).ok_or(i)?;
             let (entry, reciprocal) = rest.first_mut().zip(other.get(j)).ok_or(i)?;
@@ -31,7 +31,7 @@ pub(crate) fn factor<S: Scalar>(a: &mut [S], n: usize) -> Result<(), usize> {
 }
 
 /// With how many zeros a row begins.
-fn zeros<S: Scalar>(row: &[S]) -> usize {
+pub(crate) fn leading_zeros<S: Scalar>(row: &[S]) -> usize {
     row.iter().take_while(|&&entry| entry == S::ZERO).count()
 }
 
@@ -44,7 +44,7 @@ fn dot_from<S: Scalar>(first: usize, a: &[S], b: &[S]) -> S {
 pub(crate) fn forward<S: Scalar>(l: &[S], x: &mut [S]) {
     let n = x.len();
     for (i, row) in (0..n).zip(l.chunks_exact(n.max(1))) {
-        x[i] = (x[i] - dot_from(zeros(&row[..i]), &row[..i], &x[..i])) * row[i];
+        x[i] = (x[i] - dot_from(leading_zeros(&row[..i]), &row[..i], &x[..i])) * row[i];
     }
 }
 

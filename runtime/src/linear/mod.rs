@@ -15,7 +15,7 @@ mod pseudoinverse;
 mod uniform;
 
 pub(crate) use cholesky::{
-    backward, conditioning, factor, forward, forward_rows, times_lower, times_upper,
+    backward, conditioning, factor, forward, forward_rows, leading_zeros, times_lower, times_upper,
 };
 pub(crate) use householder::{reflect, solve};
 pub(crate) use independent::{clearly_independent, orthogonalise_independent, reduce_groups};

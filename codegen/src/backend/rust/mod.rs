@@ -21,10 +21,11 @@ mod solutions;
 mod straight_line;
 mod tables;
 
+use std::borrow::Cow;
+
 use crate::backend::c::Real;
 use crate::program::{Program, Selection};
 pub use body::HELPERS;
-use std::borrow::Cow;
 
 /// The number type of a generated module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,13 +67,12 @@ impl Options {
 /// # Panics
 /// Panics if the tokens are not valid Rust, which is a bug of this backend.
 pub fn write(program: &Program, options: &Options) -> String {
-    let program = &program.only(options.functions);
-    // Next to singular states this would save time, but the modules of sheets would be twice as long.
-    let program = match program.interface.has_stops() {
-        true => Cow::Borrowed(program),
-        false => program.without_reduction(),
+    let chosen = program.only(options.functions);
+    // Next to singular states the reduction would save time, but the modules of sheets would be twice as long.
+    let program = match chosen.interface.has_stops() {
+        true => &Cow::Borrowed(&chosen),
+        false => &chosen.without_reduction(),
     };
-    let program = &*program;
     let (tokens, bodies) = items::module(program, options);
     let file: syn::File = match syn::parse2(tokens) {
         Ok(file) => file,
