@@ -20,6 +20,7 @@ use crate::free_body::extent;
 use crate::linear::{add_scaled, dot, factor, max_abs, reflect, solve, tolerance};
 use crate::linearised::Linearised;
 use crate::projection::project_to_rounding;
+use crate::rest::{AtRestMut, along_closure};
 use crate::{Arithmetic, Error, Mechanism, Scalar, Stopped};
 
 /// Steps at most.
@@ -214,17 +215,18 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
     fn evaluate(&mut self) -> Result<Unrest<Y::Scalar>, Error> {
         let Self { system, t, q, u, basis, stiffness, covector, force, workspace, .. } = self;
         let n = u.as_ref().len();
-        let mut linear = Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), workspace)?;
-        let covector = covector.as_mut();
-        covector.copy_from_slice(linear.acceleration);
-        linear.times_mass(covector);
-        let square = dot(covector, linear.acceleration);
-        let freedoms = linear.tangent_basis(basis.as_mut());
-        let directions = &basis.as_ref()[..freedoms * n];
-        for (force, direction) in force.as_mut().iter_mut().zip(directions.chunks_exact(n.max(1))) {
-            *force = dot(direction, covector);
+        let out = AtRestMut {
+            balance: covector.as_mut(),
+            basis: basis.as_mut(),
+            stiffness: stiffness.as_mut(),
+        };
+        let freedoms = along_closure(&*system, (*t, q.as_ref(), u.as_ref()), workspace, out)?;
+        let directions = basis.as_ref()[..freedoms * n].chunks_exact(n.max(1));
+        let mut square = Y::Scalar::ZERO;
+        for (force, direction) in force.as_mut().iter_mut().zip(directions) {
+            *force = dot(direction, covector.as_ref());
+            square = force.mul_add(*force, square);
         }
-        linear.along_directions(u.as_ref(), directions, false, stiffness.as_mut())?;
         // A force times the size is a moment.
         let one = Y::Scalar::ONE;
         let force = extent(self.covector.as_ref(), system.dimensions().joints, one / system.size());
@@ -298,6 +300,9 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
 
     /// Lets go of the joint that pulls hardest at its stop; whether there is one.
     fn release(&mut self) -> Result<bool, Error> {
+        if self.system.sides.as_ref().iter().all(|&side| side == Y::Scalar::ZERO) {
+            return Ok(false);
+        }
         let d = self.system.system.dimensions();
         let (q, u) = (self.q.as_ref(), self.u.as_ref());
         let linear = Linearised::at(&self.system, self.t, q, u, self.workspace)?;

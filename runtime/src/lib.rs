@@ -121,6 +121,7 @@ pub mod plumbing;
 mod projection;
 mod rank;
 mod reduction;
+mod rest;
 mod scalar;
 mod sin_cos;
 mod state;

@@ -6,6 +6,7 @@ use crate::decomposition::Decomposition;
 use crate::linear::{add_scaled, backward, dot, factor, forward, normalise, times_lower};
 use crate::plumbing::{Balance, Drive, EquationsMut};
 use crate::rank::{Fading, Gap};
+use crate::rest::Forces;
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Change, Error, Mechanism};
 
@@ -271,15 +272,6 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         });
     }
 
-    /// The generalised forces of an input, d(f - M a + J^T lambda), N.
-    pub fn by_input(&mut self, input: usize) -> Result<&[Y::Scalar], Error> {
-        let zeros = self.system.speeds();
-        self.inputs[input] = Y::Scalar::ONE;
-        self.tangent(Y::Scalar::ZERO, zeros.as_ref(), zeros.as_ref())?;
-        self.inputs[input] = Y::Scalar::ZERO;
-        Ok(self.force)
-    }
-
     /// da in the direction of a change.
     pub fn along(
         &mut self,
@@ -324,10 +316,19 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         self.constrain();
     }
 
-    /// The generalised forces of a change of q and u, d(f - M a + J^T lambda), N.
-    pub fn by_change(&mut self, q: &[Y::Scalar], u: &[Y::Scalar]) -> Result<&[Y::Scalar], Error> {
-        self.tangent(Y::Scalar::ZERO, q, u)?;
-        Ok(self.force)
+    /// The generalised forces with a and lambda of the state.
+    pub fn forces(&mut self) -> Forces<'_, Y> {
+        let rows = self.system.dimensions().rows;
+        let Self { system, t, q, u, .. } = *self;
+        let multipliers = &self.multipliers[..rows];
+        Forces {
+            system,
+            at: Balance { t, q, u, acceleration: self.acceleration, multipliers },
+            parameters: self.parameters,
+            inputs: self.inputs,
+            force: self.force,
+            opening: &mut self.opening[..rows],
+        }
     }
 
     /// Directions of q along the constraints, orthonormal in M: N numbers each, one after the

@@ -11,7 +11,7 @@
 
 use crate::acceleration::not_finite;
 use crate::linear::dot;
-use crate::linearised::Linearised;
+use crate::rest::{AtRestMut, Forces, along_closure};
 use crate::{Error, Mechanism};
 
 /// Where [`linearize`] writes: the leading parts of slices that hold NU x NU, with d freedoms.
@@ -37,7 +37,7 @@ pub fn linearize<Y: Mechanism>(
     t: Y::Scalar,
     q: &[Y::Scalar],
     workspace: &mut [Y::Scalar],
-    out: LinearizationMut<'_, Y::Scalar>,
+    mut out: LinearizationMut<'_, Y::Scalar>,
 ) -> Result<usize, Error> {
     let dimensions = system.dimensions();
     let n = dimensions.speeds;
@@ -51,14 +51,16 @@ pub fn linearize<Y: Mechanism>(
         return Err(Error::Length { expected, given: out.inputs.len() });
     }
     let rest = system.speeds();
-    let mut linear = Linearised::at(system, t, q, rest.as_ref(), workspace)?;
-    let freedoms = linear.tangent_basis(out.basis);
+    let mut balance = system.speeds();
+    let LinearizationMut { basis, stiffness, .. } = &mut out;
+    let at_rest = AtRestMut { balance: balance.as_mut(), basis, stiffness };
+    let state = (t, q, rest.as_ref());
+    let freedoms = along_closure(system, state, workspace, at_rest)?;
     let directions = &out.basis[..freedoms * n];
-    for (by_speed, reduced) in [(false, &mut *out.stiffness), (true, &mut *out.damping)] {
-        linear.along_directions(rest.as_ref(), directions, by_speed, reduced)?;
-    }
+    let mut forces = Forces::without_accelerations(system, state, workspace)?;
+    forces.along(directions, true, out.damping)?;
     for input in 0..dimensions.inputs {
-        let forces = linear.by_input(input)?;
+        let forces = forces.by_input(input)?;
         for (k, direction) in directions.chunks_exact(n.max(1)).enumerate() {
             out.inputs[k * dimensions.inputs + input] = dot(direction, forces);
         }
@@ -69,34 +71,5 @@ pub fn linearize<Y: Mechanism>(
     match not_finite(&[&out.basis[..freedoms * n], stiffness, damping, inputs]) {
         Some(index) => Err(Error::NotFinite { joint: index % n }),
         None => Ok(freedoms),
-    }
-}
-
-impl<Y: Mechanism> Linearised<'_, Y> {
-    /// -T^T M da/dq T, or -T^T M da/du T `by_speed`, d x d, for directions T along the closure (N numbers each).
-    /// Because J T = 0, it needs the generalised forces only:
-    ///
-    /// ```text
-    /// T^T M da = T^T d(f - M a + J^T lambda)
-    /// ```
-    pub fn along_directions(
-        &mut self,
-        zeros: &[Y::Scalar],
-        basis: &[Y::Scalar],
-        by_speed: bool,
-        out: &mut [Y::Scalar],
-    ) -> Result<(), Error> {
-        let n = zeros.len().max(1);
-        let freedoms = basis.len() / n;
-        for (k, direction) in basis.chunks_exact(n).enumerate() {
-            let forces = match by_speed {
-                true => self.by_change(zeros, direction)?,
-                false => self.by_change(direction, zeros)?,
-            };
-            for (i, other) in basis.chunks_exact(n).enumerate() {
-                out[i * freedoms + k] = -dot(other, forces);
-            }
-        }
-        Ok(())
     }
 }

@@ -14,6 +14,8 @@ pub struct ReductionInfo {
     /// The other joints, in the order in which their speeds are eliminated: those that rows of one loop determine make a step,
     /// at most [`ROWS`](lamc_runtime::plumbing::ROWS).
     pub steps: Vec<Vec<u16>>,
+    /// In the same order, which of the rows of the equations it is that determines each of these joints.
+    pub rows: Vec<u32>,
     /// By joint, the joints that move what closes a loop, for the row of J that determines this joint.
     pub closure: SparseRows,
     /// L by step: the joints before it, and the independent ones, that are eliminated from its rows of J.

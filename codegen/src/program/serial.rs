@@ -17,7 +17,7 @@ use super::verify::{VerifyError, verify};
 use crate::sealed::{Format, Unreadable};
 
 /// Version of the format.
-pub const FORMAT_VERSION: u32 = 10;
+pub const FORMAT_VERSION: u32 = 11;
 
 const FORMAT: Format = Format { name: *b"lamcprog", version: FORMAT_VERSION };
 

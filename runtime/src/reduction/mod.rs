@@ -23,10 +23,12 @@ mod elimination;
 pub(crate) mod fading;
 mod inertia;
 mod pattern;
+mod rest;
 mod sweep;
 
 pub(crate) use correction::Correction;
 pub use pattern::{Branch, ROWS, Reduction, ReductionParts, ReductionSizes, Rows};
+pub(crate) use rest::at_rest;
 
 use driven::{Driven, Met, driven_len};
 use fading::FadingRows;
@@ -106,9 +108,7 @@ fn reduced<Y: Mechanism>(
     out: &mut [Y::Scalar],
     torques: Option<&mut [Y::Scalar]>,
 ) -> Result<Found<Y::Scalar>, Error> {
-    let mut motion = Motion::of(system, reduction, &mut &mut *workspace)?;
-    motion.write(reduction, (t, q, u))?;
-    let trust = motion.inertia.eliminate(&motion.terms)?;
+    let (mut motion, trust) = Motion::eliminated(system, reduction, (t, q, u), workspace)?;
     let torques = torques.unwrap_or_default();
     let mut refined = false;
     if matches!(trust, Trust::Weak(_)) && motion.inertia.may_free() {
@@ -157,6 +157,19 @@ impl<'a, S: Scalar> Motion<'a, S> {
             driven: Driven::of(drives + d - sizes.independent, d, workspace)?,
             inertia: Inertia::of(reduction, sizes, d, workspace)?,
         })
+    }
+
+    /// At a state, with its closure eliminated, and how far that can be trusted.
+    fn eliminated<Y: Mechanism<Scalar = S>>(
+        system: &Y,
+        reduction: Reduction<'a, S>,
+        state: (S, &[S], &[S]),
+        mut workspace: &'a mut [S],
+    ) -> Result<(Self, Trust<S>), Error> {
+        let mut motion = Self::of(system, reduction, &mut workspace)?;
+        motion.write(reduction, state)?;
+        let trust = motion.inertia.eliminate(&motion.terms)?;
+        Ok((motion, trust))
     }
 
     /// The number of independent rows of J and driven joints.

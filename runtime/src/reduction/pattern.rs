@@ -21,6 +21,9 @@ pub struct Reduction<'a, S> {
     /// The other joints, in the order in which their speeds are eliminated: each step takes rows of one loop, which determine
     /// these joints. `u16::MAX` where it has fewer rows.
     pub steps: &'a [[u16; ROWS]],
+    /// In the same order, which of the C rows of [`write_equations`](crate::Mechanism::write_equations) it is that determines each of
+    /// these joints.
+    pub rows: &'a [u32],
     /// For each joint, the place of its row among those of all steps; `u16::MAX` for independent joints.
     pub places: &'a [u16],
     /// By joint, the joints that move what closes a loop, for the row of J that determines this joint.

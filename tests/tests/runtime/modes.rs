@@ -3,7 +3,7 @@
 use lamc_tests::compare::{keep_largest, largest};
 use std::f64::consts::TAU;
 
-use lamc::program::Interpreter;
+use lamc::program::{Function, FunctionKind, Interpreter};
 use lamc_runtime::{
     Integrator, LinearizationMut, Mechanism, State, assemble, equilibrium, linearize, project,
 };
@@ -160,6 +160,33 @@ fn sheets_about_rest() {
             let stiffness = (z.transpose() * &linear.stiffness * &z)[0];
             let error = (stiffness - curvature).abs() / curvature;
             assert!(error < 1e-6, "{name}: {stiffness} is not {curvature} ({error:e})");
+        }
+    }
+}
+
+/// Folded, and not at rest, where forces and the closure's own change with each other: elimination finds the directions and the forces
+/// along them that a decomposition finds. The directions themselves may be others, T R with an orthogonal R.
+#[test]
+fn elimination_and_decomposition_agree_away_from_rest() {
+    for (name, text) in [("miura 6x6", miura(6, 6)), ("yoshimura 4x5", yoshimura(4, 5))] {
+        let compiled = compile_text(&text);
+        let system = Interpreter::new(&compiled.program);
+        let mut decomposed = compiled.program.clone();
+        for kind in [FunctionKind::Reduction, FunctionKind::ProjectionReduction] {
+            decomposed.functions[kind as usize] = Function::none(kind);
+        }
+        let decomposed = Interpreter::new(&decomposed);
+        let mut q = system.initial().q;
+        let pinned = vec![false; q.len()];
+        assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).unwrap();
+        let all = |system: &Interpreter| {
+            let Linear { basis, stiffness, damping, .. } = linear(system, &q);
+            [&basis * stiffness * basis.transpose(), &basis * damping * basis.transpose()]
+        };
+        for (found, expected) in all(&system).iter().zip(&all(&decomposed)) {
+            let error = largest(&(found - expected)) / largest(expected);
+            println!("{name}: {error:.1e}");
+            assert!(error < 1e-10, "{name}: {error:e}");
         }
     }
 }

@@ -47,6 +47,7 @@ pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
     };
     let [closure, lower, upper] = [&info.closure, &info.lower, &info.upper].map(rows);
     let [independent, places] = [&info.independent, &info.places()].map(|values| numbers(values));
+    let rows_of_equations = info.rows.iter().map(|&row| number(row as usize));
     let steps = info.padded_steps().into_iter().map(|joints| numbers(&joints));
     let count = number(info.branches.len());
     quote! {
@@ -60,7 +61,7 @@ pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
             const UPPER: Rows = #upper;
             Some(Reduction {
                 branches: &BRANCHES, independent: &#independent, steps: &[#(#steps),*],
-                places: &#places, closure: CLOSURE, lower: LOWER, upper: UPPER,
+                rows: &[#(#rows_of_equations),*], places: &#places, closure: CLOSURE, lower: LOWER, upper: UPPER,
                 is_beside_solution: #is_beside_solution, parts: self,
             })
         }

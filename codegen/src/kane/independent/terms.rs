@@ -157,6 +157,7 @@ fn pattern(
         branches: joints.into_iter().zip(depths).collect(),
         independent: reduction.independent.iter().map(|joint| places.of(*joint)).collect(),
         steps: sparsity.0.iter().map(step).collect(),
+        rows: sparsity.rows().map(|row| row.pivot.row as u32).collect(),
         closure: places.sparse(of_joints),
         lower: places.sparse(sparsity.0.iter().map(|step| step.lower.as_slice())),
         upper: places.sparse(sparsity.0.iter().map(|step| step.upper.as_slice())),

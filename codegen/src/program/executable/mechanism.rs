@@ -211,6 +211,7 @@ impl<E: Engine> Mechanism for Executable<E> {
             branches: &self.branches,
             independent: &reduction.independent,
             steps: &self.steps,
+            rows: &reduction.rows,
             places: &self.places,
             closure: rows(&reduction.closure),
             lower: rows(&reduction.lower),

@@ -116,6 +116,7 @@ fn each() -> impl Serialize {
             branches: vec![(0, 1)],
             independent: vec![2],
             steps: vec![vec![3]],
+            rows: vec![10],
             closure: SparseRows { ends: vec![4], columns: vec![5] },
             lower: SparseRows { ends: vec![6], columns: vec![7] },
             upper: SparseRows { ends: vec![8], columns: vec![9] },
@@ -132,7 +133,7 @@ fn each() -> impl Serialize {
 fn the_version_is_raised_with_the_types() {
     let bytes = FORMAT.write(&each(), &[]);
     let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!((FORMAT_VERSION, &hash[..16]), (10, "e57cae43b9a46998"));
+    assert_eq!((FORMAT_VERSION, &hash[..16]), (11, "b17d36ab847d08ac"));
 }
 
 #[test]

@@ -127,6 +127,24 @@ impl<S: Scalar> Inertia<'_, S> {
         scale * lack
     }
 
+    /// By branch what a force on the joints, given in the order of u, is for what the rows of J of dependent joints have to be.
+    pub fn take_back(&mut self, force: &[S]) -> Result<&[S], Error> {
+        self.read_x(force);
+        self.elimination.take_back(&self.reduction, self.x.as_chunks_mut::<1>().0, true)?;
+        Ok(self.x)
+    }
+
+    /// The direction `k` along the closure of a basis that is orthonormal in M, N L^-T with the factor L of H, in the order of u; d numbers
+    /// of `room` are lost.
+    pub fn direction(&mut self, k: usize, room: &mut [S], out: &mut [S]) {
+        for (place, y) in room.iter_mut().enumerate() {
+            *y = if place == k { S::ONE } else { S::ZERO };
+        }
+        backward(self.inertia, room);
+        out.fill(S::ZERO);
+        self.combine(S::ONE, room, out);
+    }
+
     /// N^T M x, for x in the order of u.
     pub fn momentum(&mut self, terms: &Terms<'_, S>, x: &[S], out: &mut [S]) -> Result<(), Error> {
         self.set_momenta(terms, x)?;
