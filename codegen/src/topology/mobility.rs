@@ -270,7 +270,7 @@ fn closed_by_newton(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f
             return Some(polished(closure, q));
         }
         let echelon = Echelon::new(closure.gaps(&q), q.len(), RANK_TOLERANCE);
-        let solution = echelon.solution(&[]);
+        let solution = echelon.solution();
         let step = &solution - echelon.projected(&solution);
         let next = &q - step;
         let left = closure.squared_residual(&next);
@@ -291,7 +291,7 @@ pub(super) fn nearly_closed(closure: &Closure, start: &DVector<f64>, small: f64)
     let mut q = start.clone();
     for _ in 0..ITERATIONS {
         let echelon = Echelon::new(closure.gaps(&q), q.len(), small);
-        let solution = echelon.solution(&[]);
+        let solution = echelon.solution();
         q -= &solution - echelon.projected(&solution);
     }
     q
@@ -304,7 +304,7 @@ fn polished(closure: &Closure, mut q: DVector<f64>) -> DVector<f64> {
     let mut squared = closure.squared_residual(&q);
     for _ in 0..STEPS {
         let echelon = Echelon::new(closure.gaps(&q), q.len(), RANK_TOLERANCE);
-        let next = &q - echelon.solution(&[]);
+        let next = &q - echelon.solution();
         let left = closure.squared_residual(&next);
         // NaN is no progress.
         let helps = 4.0 * left < squared;

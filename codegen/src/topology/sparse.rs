@@ -13,8 +13,7 @@ use crate::arithmetic::larger;
 /// Pivots are at first at least this fraction of the largest entry, then this fraction of that, and so on.
 const STEP: f64 = 0.1;
 
-/// Entries of a row by column. Columns beyond those of the matrix are known unknowns and, after them, the
-/// right-hand side.
+/// Entries of a row by column. The column after those of the matrix is the right-hand side, if there is one.
 pub type Row = BTreeMap<usize, f64>;
 
 /// The same in order, for elimination.
@@ -98,18 +97,14 @@ impl Echelon {
         along.map_or_else(|| DVector::zeros(self.columns), |along| &basis * along)
     }
 
-    /// Returns the x with J x = b that is zero in the columns without pivot. `known` are the values of the
-    /// columns beyond those of the matrix.
-    pub fn solution(&self, known: &[f64]) -> DVector<f64> {
-        let known_at = |column: usize| known.get(column - self.columns).copied();
+    /// Returns the x with J x = b that is zero in the columns without pivot.
+    pub fn solution(&self) -> DVector<f64> {
         let mut x = DVector::zeros(self.columns);
         for (pivot, row) in self.rows.iter().rev() {
-            let (within, beyond) = row.split_at(self.within(row));
+            let (within, right) = row.split_at(self.within(row));
             let within = within.iter().map(|(column, value)| value * x[*column]);
-            // The right-hand side enters with the other sign.
-            let beyond =
-                beyond.iter().map(|(column, value)| value * known_at(*column).unwrap_or(-1.0));
-            x[*pivot] = -(within.sum::<f64>() + beyond.sum::<f64>());
+            let right = right.iter().map(|(_, value)| *value);
+            x[*pivot] = right.sum::<f64>() - within.sum::<f64>();
         }
         x
     }
@@ -206,7 +201,7 @@ mod tests {
             equations.iter_mut().zip(&right).for_each(|(row, b)| {
                 row.insert(6, *b);
             });
-            let solution = Echelon::new(equations, 6, 1e-9).solution(&[]);
+            let solution = Echelon::new(equations, 6, 1e-9).solution();
             assert!((&matrix * solution - right).amax() <= 1e-9);
             // What was taken away is a combination of the rows.
             let removed = &vector - &nearest;

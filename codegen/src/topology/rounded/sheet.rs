@@ -11,12 +11,24 @@
 //! e: how far each end moves across its line     points, angles q_s of the states s: free of cost
 //! ```
 //!
-//! by Newton's method. Elimination of the free unknowns leaves a few equations for the movements, one for each
-//! row that only rounding makes independent, and of these a solution of small norm is taken, not always the
-//! least: what the damping leaves open is closed by later steps. As for other
-//! relations of lines, the result must be a drawing that rounds to the given one.
+//! by Newton's method, damped: most equations nearly follow from others, and what the linear equations neglect must not be
+//! divided by the little that remains beside these. With the derivatives J of the equations g, and of little cost W for a change d of the
+//! free unknowns,
+//!
+//! ```text
+//! | W    J^T | |  d  |   |  0 |
+//! | J   -c 1 | | ... | = | -g |
+//! ```
+//!
+//! is sparse and quasidefinite: it has a factor in every order, which grows little with the sheet (R. J. Vanderbei,
+//! "Symmetric quasidefinite matrices", 1995). The damping c falls whenever a step does not help. So the movement is small,
+//! not always the least. As for other relations of lines, the result must be a drawing that rounds to the given one.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, Vector2, Vector3};
+use std::collections::BTreeMap;
+
+use clarabel::algebra::CscMatrix;
+use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettingsBuilder};
+use nalgebra::{DVector, Matrix3, Rotation3, Unit, Vector2, Vector3};
 
 use super::super::sparse::{Echelon, Row};
 use super::fit::WITHIN;
@@ -24,13 +36,17 @@ use super::line::Line;
 use crate::arithmetic::{larger, largest};
 use crate::laminate::{Joint, direction};
 
-/// Equations of which less than this remains beside the others, relative to the first, are left out at first:
-/// what the linear equations neglect would be divided by it. The bound falls whenever a step does not help.
-const LOST: f64 = 1e-2;
+/// The first damping, and the share that is left of it where a step does not help.
+const DAMPING: f64 = 1e-4;
+const LESS_DAMPING: f64 = 0.1;
+/// What a change of a free unknown costs: as little as leaves enough digits for the movements.
+const FREE: f64 = 1e-6;
 /// Largest gap of a loop at the states from which the search begins, rad.
 const NEARLY: f64 = 3e-2;
 /// Loops count as closed below this gap, rad, and points as met below this distance over the size.
 const CLOSED: f64 = 5e-11;
+/// Lines stay as drawn where equations for them alone are met to this.
+const MET_AS_DRAWN: f64 = 1e-13;
 /// Below this, steps that do not help are the last.
 const ENOUGH: f64 = 5e-12;
 /// Largest number of Newton steps, and of rounds in which weights are raised.
@@ -51,6 +67,7 @@ pub struct Vertex {
 type Equation = (Vec<(usize, f64)>, f64);
 
 /// The unknowns: movements of ends, points of the vertices, angles of the states.
+#[derive(Clone)]
 struct Problem<'a> {
     lines: &'a [Line],
     vertices: &'a [Vertex],
@@ -75,11 +92,16 @@ pub fn unlocked(
     [size, small]: [f64; 2],
 ) -> Option<Vec<Joint>> {
     let mut problem = Problem::new(joints, drawn, vertices, states, [size, small]);
-    let nearly = states.len() >= 2 && problem.largest_gap() <= NEARLY;
+    if states.len() < 2 || problem.largest_gap() > NEARLY {
+        return None;
+    }
     let mut weights = vec![1.0; 2 * joints.len()];
-    for _ in 0..if nearly { ROUNDS } else { 0 } {
+    for _ in 0..ROUNDS {
         problem.weigh(&weights);
         problem.solve()?;
+        if !problem.is_locked() {
+            return None;
+        }
         let moved = problem.placed(joints);
         let strains = problem.strains(&moved);
         if largest(&strains) <= WITHIN {
@@ -112,8 +134,7 @@ impl<'a> Problem<'a> {
         Self { lines, vertices, size, states: states.len(), small, origin, scale, x }
     }
 
-    /// Sets what unknowns are measured in: movements in their slack, less for ends with more weight; points in
-    /// the size.
+    /// Sets what unknowns are measured in: movements in their slack, less for ends with more weight; points in the size.
     fn weigh(&mut self, weights: &[f64]) {
         let ends = 2 * self.lines.len();
         let points = ends + 2 * self.vertices.len();
@@ -131,54 +152,73 @@ impl<'a> Problem<'a> {
     fn solve(&mut self) -> Option<()> {
         self.x.clone_from(&self.origin);
         let mut best = (f64::INFINITY, self.x.clone());
-        let (mut lost, mut stalled) = (LOST, 0);
+        let (mut damping, mut stalled) = (DAMPING, 0);
         for _ in 0..STEPS {
             let equations = self.equations();
             let open = equations.iter().map(|(_, value)| value.abs()).fold(0.0, larger);
             // NaN is no progress.
             let helps = 2.0 * open < best.0;
-            (stalled, lost) = if helps { (0, lost) } else { (stalled + 1, 0.3 * lost) };
+            (stalled, damping) =
+                if helps { (0, damping) } else { (stalled + 1, LESS_DAMPING * damping) };
             if open < best.0 {
                 best = (open, self.x.clone());
             }
             if stalled > MOST_STALLED || (stalled > 0 && best.0 <= ENOUGH) {
                 break;
             }
-            let step = self.step(&equations, lost)?;
+            let step = self.step(&equations, damping)?;
             self.x += step;
         }
         self.x = best.1;
         (best.0 <= CLOSED).then_some(())
     }
 
-    /// Returns the step of the unknowns that solves the linearised equations; nothing if no row is left that
-    /// only rounding makes independent, so that the vertices do not lock each other.
-    fn step(&self, equations: &[Equation], lost: f64) -> Option<DVector<f64>> {
+    /// Whether the lines as drawn keep the vertices from closing: without the free unknowns, there are equations that these lines do not
+    /// meet.
+    fn is_locked(&self) -> bool {
         let (ends, unknowns) = (2 * self.lines.len(), self.x.len());
-        let free = unknowns - ends;
-        // Free unknowns come first, then movements, then the right-hand side.
-        let place = |unknown: usize| (unknown + free) % unknowns;
-        let rows = equations.iter().map(|(entries, value)| {
-            let mut row = Row::from([(unknowns, -value)]);
-            for &(unknown, entry) in entries {
-                *row.entry(place(unknown)).or_default() += entry * self.scale[unknown];
+        let mut drawn = self.x.clone();
+        drawn.rows_mut(0, ends).fill(0.0);
+        let as_drawn = Problem { x: drawn, ..self.clone() };
+        let right = unknowns - ends;
+        let rows = as_drawn.equations().into_iter().map(|(entries, value)| {
+            let mut row = Row::from([(right, value)]);
+            for (unknown, entry) in entries.into_iter().filter(|(unknown, _)| *unknown >= ends) {
+                *row.entry(unknown - ends).or_default() += entry * self.scale[unknown];
             }
             row
         });
-        let echelon = Echelon::new(rows.collect(), free, self.small);
-        let count = echelon.rest.len();
-        if count == 0 {
-            return None;
-        }
-        let entry = |row: usize, column: usize| {
-            echelon.rest[row].get(&(free + column)).copied().unwrap_or_default()
+        let rest = Echelon::new(rows.collect(), right, self.small).rest;
+        rest.iter().any(|row| row.get(&right).is_some_and(|value| value.abs() > MET_AS_DRAWN))
+    }
+
+    /// Returns a step of the unknowns that solves the linearised equations but for the damping.
+    fn step(&self, equations: &[Equation], damping: f64) -> Option<DVector<f64>> {
+        let (ends, unknowns) = (2 * self.lines.len(), self.x.len());
+        // A movement of one slack, and the free unknowns that belong to it, have about this effect.
+        let slack = self.lines.iter().map(|line| line.slack).fold(0.0, larger);
+        let unit = slack / self.size;
+        let scale = |unknown: usize| {
+            let scale = self.scale[unknown];
+            if unknown < ends { scale } else { scale * unit }
         };
-        let matrix = DMatrix::from_fn(count, ends, entry);
-        let right = DVector::from_fn(count, |row, _| entry(row, ends));
-        let moves = least_norm(&matrix, &right, lost);
-        let solved = echelon.solution(moves.as_slice());
-        let scaled = moves.iter().chain(&solved).zip(&self.scale).map(|(x, scale)| x * scale);
-        Some(DVector::from_iterator(unknowns, scaled))
+        let mut columns: Vec<BTreeMap<usize, f64>> = Vec::new();
+        for unknown in 0..unknowns {
+            let cost = if unknown < ends { 1.0 } else { FREE };
+            columns.push(BTreeMap::from([(unknown, cost)]));
+        }
+        let mut right = vec![0.0; unknowns];
+        for (row, (entries, value)) in equations.iter().enumerate() {
+            let mut column = BTreeMap::from([(unknowns + row, -damping)]);
+            for &(unknown, entry) in entries {
+                *column.entry(unknown).or_default() += entry * scale(unknown) / unit;
+            }
+            columns.push(column);
+            right.push(-value / unit);
+        }
+        let solution = solution(&columns, right)?;
+        let steps = solution.iter().take(unknowns).enumerate();
+        Some(DVector::from_iterator(unknowns, steps.map(|(unknown, x)| x * scale(unknown))))
     }
 
     fn moves(&self, joint: usize) -> [f64; 2] {
@@ -292,20 +332,19 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Returns the solution of least norm of a few dense equations (G. H. Golub, C. F. Van Loan, "Matrix
-/// Computations", 5.5.6), by reflections with exchange of columns. Equations of which less than `lost` remains
-/// beside those that were chosen before them, relative to the first, are left out.
-fn least_norm(rows: &DMatrix<f64>, right: &DVector<f64>, lost: f64) -> DVector<f64> {
-    let factors = rows.transpose().col_piv_qr();
-    let (basis, triangle) = (factors.q(), factors.r());
-    let mut right = right.transpose();
-    factors.p().permute_columns(&mut right);
-    let pivot = |row: usize| triangle[(row, row)].abs();
-    let rank = (0..triangle.nrows()).take_while(|row| pivot(*row) > lost * pivot(0)).count();
-    let mut shares: DVector<f64> = DVector::zeros(rank);
-    for row in 0..rank {
-        let known = triangle.column(row).rows(0, row).dot(&shares.rows(0, row));
-        shares[row] = (right[row] - known) / triangle[(row, row)];
-    }
-    basis.columns(0, rank) * shares
+/// Returns the solution of equations with a quasidefinite matrix, given by the columns of its upper triangle.
+fn solution(columns: &[BTreeMap<usize, f64>], right: Vec<f64>) -> Option<Vec<f64>> {
+    let size = columns.len();
+    let ends = columns.iter().scan(0, |end, column| {
+        *end += column.len();
+        Some(*end)
+    });
+    let starts = std::iter::once(0).chain(ends).collect();
+    let (places, values) = columns.iter().flatten().unzip();
+    let matrix = CscMatrix::new(size, size, starts, places, values);
+    let settings = QDLDLSettingsBuilder::default().regularize_enable(false).build().ok();
+    let mut factors = QDLDLFactorisation::new(&matrix, settings).ok()?;
+    let mut solution = right;
+    factors.solve(&mut solution);
+    Some(solution)
 }
