@@ -9,8 +9,10 @@
 //!
 //! Everything is computed for one block of independent speeds after the other, so that what a step reads stays in the first cache.
 
+mod factor;
 mod vectors;
 
+use self::factor::factor_sum;
 use super::blocks::{
     Block, LINE, MOST_TO_LINE, NARROW, WIDE, at, at_mut, blocks, blocks_mut, largest_entries,
     mirror, padded, products, sum_of, width,
@@ -209,12 +211,22 @@ impl<'a, S: Scalar> Inertia<'a, S> {
             largest = largest.max(self.fill_block::<W>(index, terms, bias)?);
         }
         let weight = S::from_f64(WEIGHT_OF_ENTRY) * largest;
+        let is_freed = self.is_freed();
         let inertia = rows_of_mut(self.inertia, self.independent, 0..self.independent)?;
-        mirror(inertia, self.independent)?;
         // Written so that NaN is not trusted.
-        if !(REFINED_CONDITIONING.of::<S>() * weight * weight < S::ONE)
-            || factor(inertia, self.independent).is_err()
-        {
+        if !(REFINED_CONDITIONING.of::<S>() * weight * weight < S::ONE) {
+            return Ok(None);
+        }
+        let is_positive = if self.independent < W {
+            let half = self.half.as_chunks::<W>().0;
+            let row = |branch: u16| half.get(usize::from(branch)).copied().unwrap_or([S::ZERO; W]);
+            let rows = independent_joints(self.reduction, is_freed.then_some(&*self.freed));
+            factor_sum::<S, W>(rows.map(row), inertia, self.independent)
+        } else {
+            mirror(inertia, self.independent)?;
+            factor(inertia, self.independent).is_ok()
+        };
+        if !is_positive {
             return Ok(None);
         }
         Ok(Some(Entries { largest, are_small: safe::<S>() * weight * weight < S::ONE }))
@@ -283,12 +295,9 @@ impl<'a, S: Scalar> Inertia<'a, S> {
         let (d, is_freed) = (self.independent, self.is_freed());
         let Self { reduction, freed, elimination, null_space, half, x, inertia, balance, .. } =
             self;
-        let Reduction { branches, independent, .. } = *reduction;
+        let branches = reduction.branches;
         let first = index * W;
-        let more = reduction.dependent().filter(|_| is_freed);
-        let more = more
-            .filter(|&joint| freed.get(usize::from(joint)).is_some_and(|&flag| flag != S::ZERO));
-        let independent = || independent.iter().copied().chain(more.clone());
+        let independent = || independent_joints(*reduction, is_freed.then_some(&**freed));
         let half = half.as_chunks_mut::<W>().0;
         let none = [S::ZERO; W];
         let of_bias = if d < W {
@@ -332,6 +341,16 @@ impl<'a, S: Scalar> Inertia<'a, S> {
     pub fn is_exact(&self) -> bool {
         self.independent < width(self.independent)
     }
+}
+
+/// The independent joints, and after them those that are `freed`.
+fn independent_joints<'s, S: Scalar>(
+    reduction: Reduction<'s, S>,
+    freed: Option<&'s [S]>,
+) -> impl Iterator<Item = u16> + use<'s, S> {
+    let is_freed = move |&joint: &u16| Freed(freed).contains(joint);
+    let more = reduction.dependent().filter(move |_| freed.is_some()).filter(is_freed);
+    reduction.independent.iter().copied().chain(more)
 }
 
 /// As [`Elimination::substitute`] for a block of N that begins with this column, where rows of J are left out: the joint of each has a
