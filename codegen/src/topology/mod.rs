@@ -16,6 +16,7 @@ mod sparse;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod unlock;
 mod warnings;
 
 pub use graph::*;
@@ -23,14 +24,13 @@ pub use sparse::{Echelon, Row as SparseRow};
 
 use nalgebra::DVector;
 
-use crate::laminate::{Joint, Mechanism};
+use crate::laminate::Mechanism;
 use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, Expression, JointId};
 use class::HingeLines;
 use closure::Closure;
 use infinitesimal::Infinitesimal;
 use mobility::mobility;
-use rounded::Vertex;
 use tree::Cut;
 use warnings::{flat, jointly_immobile, overdriven, shaky, stretched};
 
@@ -48,7 +48,7 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     let (cuts, copies) = sides::shortest(&mechanism, &tree);
     let nodes: Vec<Node> = tree.nodes.iter().chain(&copies).cloned().collect();
     let mut found = Found::new(&mechanism, &nodes, &cuts);
-    let unlocked = unlocked(&mechanism, &drawn, &nodes, &found.loops);
+    let unlocked = unlock::unlocked(&mechanism, &drawn, &nodes, &found.loops);
     let is_unlocked = unlocked.is_some();
     if let Some(joints) = unlocked {
         mechanism.joints = joints;
@@ -96,106 +96,6 @@ impl Found {
         let whole = whole(mechanism, nodes, &loops, &mut warnings);
         Self { loops, whole, warnings }
     }
-}
-
-/// Angles of the states at which a sheet that locks is made to close, over those of the file's guess.
-const FOLDS: [f64; 4] = [1.0, 0.7, 0.4, 1.2];
-
-/// Pivots of the closure that are due to rounding, as thresholds that are tried in turn.
-const PIVOTS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
-
-/// Loops are open that are open by more than this, over their length, next to the file's guess: as drawn, and after hinge
-/// lines were moved.
-const OPEN: f64 = 1e-12;
-const STILL_OPEN: f64 = 1e-10;
-
-/// Shares of the finished fold near which a folded state is looked for, where the file's guess leads to none.
-const SHARES: [f64; 3] = [0.1, 0.05, 0.2];
-
-/// States of a walk along the fold, and the angles of each over those of the one before.
-const STEPS: usize = 7;
-const STEP: f64 = 1.3;
-
-/// A joint with a fold is folded if it is bent by this share of the guess, in its direction.
-const BENT: f64 = 0.05;
-
-/// Returns the joints after a small movement within the drawing's tolerance with which vertices move
-/// that lock each other as drawn; nothing if they do not, or if no folded state is known: neither a guess nor
-/// the angles of a finished fold.
-fn unlocked(
-    mechanism: &Mechanism,
-    drawn: &[Joint],
-    nodes: &[Node],
-    loops: &[Loop],
-) -> Option<Vec<Joint>> {
-    let moving: Vec<usize> = (0..loops.len()).filter(|index| loops[*index].mobility > 0).collect();
-    if mechanism.tolerance <= 0.0 || moving.len() < 2 {
-        return None;
-    }
-    let vertices = moving.iter().map(|index| vertex(&loops[*index], nodes));
-    let vertices: Vec<Vertex> = vertices.collect::<Option<_>>()?;
-    let joints: Vec<JointId> = (0..mechanism.joints.len()).map(JointId).collect();
-    let closure = Closure::new(mechanism, nodes, chosen(loops, &moving), joints.clone());
-    let folds = folds(mechanism, &closure);
-    let first = guess(mechanism, &closure);
-    let shares = SHARES.iter().map(|share| &folds * *share).filter(|share| *share != first);
-    for guess in std::iter::once(&first).cloned().chain(shares).filter(|guess| guess.amax() > 0.0) {
-        for small in PIVOTS {
-            let states =
-                FOLDS.map(|fold| mobility::nearly_closed(&closure, &(&guess * fold), small));
-            let is_folded = |state: &DVector<f64>| is_folded(&folds, &guess, state);
-            if !is_folded(&states[0]) {
-                continue;
-            }
-            if closure.largest_residual(&states[0]) <= OPEN {
-                return None;
-            }
-            let Some(lines) = rounded::unlocked(mechanism, drawn, &vertices, &states, small) else {
-                continue;
-            };
-            let moved = Mechanism { joints: lines, ..mechanism.clone() };
-            let closure = Closure::new(&moved, nodes, chosen(loops, &moving), joints.clone());
-            let state = mobility::nearly_closed(&closure, &guess, small);
-            if closure.largest_residual(&state) > STILL_OPEN || !is_folded(&state) {
-                continue;
-            }
-            if folds.amax() == 0.0 {
-                return Some(moved.joints);
-            }
-            // States that are folded farther determine the lines better: what is left is far below the tolerance.
-            let mut farther = vec![state];
-            while farther.len() < STEPS {
-                let next = &farther[farther.len() - 1] * STEP;
-                farther.push(mobility::nearly_closed(&closure, &next, small));
-            }
-            let better = farther.iter().rev().find_map(|guess| {
-                let states =
-                    FOLDS.map(|fold| mobility::nearly_closed(&closure, &(guess * fold), small));
-                rounded::unlocked(&moved, &moved.joints, &vertices, &states, small)
-            });
-            return Some(better.unwrap_or(moved.joints));
-        }
-    }
-    None
-}
-
-/// Whether every joint with a fold is bent in its direction, as far as the guess tells. Far from closed states, the
-/// search may end at one in which the sheet is bent along some straight creases only.
-fn is_folded(folds: &DVector<f64>, guess: &DVector<f64>, state: &DVector<f64>) -> bool {
-    let mut joints = folds.iter().zip(guess).zip(state).filter(|((fold, _), _)| **fold != 0.0);
-    joints.all(|((fold, guess), state)| state * fold.signum() >= BENT * guess * fold.signum())
-}
-
-/// Returns a spherical loop as a vertex: its hinges in order, along one side and back along the other.
-fn vertex(closed: &Loop, nodes: &[Node]) -> Option<Vertex> {
-    let LoopClass::Spherical { centre } = closed.class else { return None };
-    let hinge = |node: &NodeId, along: f64| {
-        let node = &nodes[node.index()];
-        Some((node.joint()?.index(), along * node.sense))
-    };
-    let there = closed.sides[0].iter().filter_map(|node| hinge(node, 1.0));
-    let back = closed.sides[1].iter().rev().filter_map(|node| hinge(node, -1.0));
-    Some(Vertex { hinges: there.chain(back).collect(), centre: centre.xy() })
 }
 
 /// Computes the mobility of one loop alone.
@@ -363,9 +263,9 @@ fn guess(mechanism: &Mechanism, closure: &Closure) -> DVector<f64> {
     if angles.amax() > 0.0 {
         angles
     } else if folds.amax() > 0.0 || closure.loops() < 2 {
-        folds * SHARES[0]
+        folds * unlock::SHARES[0]
     } else {
-        of_each(closure, |joint| rest(mechanism, joint)) * SHARES[0]
+        of_each(closure, |joint| rest(mechanism, joint)) * unlock::SHARES[0]
     }
 }
 

@@ -21,7 +21,7 @@
 //! ```
 //!
 //! is sparse and quasidefinite: it has a factor in every order, which grows little with the sheet (R. J. Vanderbei,
-//! "Symmetric quasidefinite matrices", 1995). The damping c falls whenever a step does not help. So the movement is small,
+//! "Symmetric quasidefinite matrices", 1995). The damping c falls where a step does not help. So the movement is small,
 //! not always the least. As for other relations of lines, the result must be a drawing that rounds to the given one.
 
 use std::collections::BTreeMap;
@@ -39,8 +39,11 @@ use crate::laminate::{Joint, direction};
 /// The first damping, and the share that is left of it where a step does not help.
 const DAMPING: f64 = 1e-4;
 const LESS_DAMPING: f64 = 0.1;
-/// What a change of a free unknown costs: as little as leaves enough digits for the movements.
-const FREE: f64 = 1e-6;
+/// What a change of a free unknown costs beside a movement: enough that states stay where the equations are nearly linear, and less where
+/// that finds nothing.
+const COSTS: [f64; 2] = [1e-6, LEAST_COST];
+/// The same where states are looked for that need no movements.
+const LEAST_COST: f64 = 1e-8;
 /// Largest gap of a loop at the states from which the search begins, rad.
 const NEARLY: f64 = 3e-2;
 /// Loops count as closed below this gap, rad, and points as met below this distance over the size.
@@ -48,8 +51,8 @@ const CLOSED: f64 = 5e-11;
 /// Lines stay as drawn where equations for them alone are met to this.
 const MET_AS_DRAWN: f64 = 1e-13;
 /// Below this, steps that do not help are the last.
-const ENOUGH: f64 = 5e-12;
-/// Largest number of Newton steps, and of rounds in which weights are raised.
+const ENOUGH: f64 = 1e-14;
+/// Largest number of Newton steps, and of rounds in which states close or weights are raised.
 const STEPS: usize = 60;
 const ROUNDS: usize = 8;
 /// Steps in a row that do not help before the search ends.
@@ -67,7 +70,6 @@ pub struct Vertex {
 type Equation = (Vec<(usize, f64)>, f64);
 
 /// The unknowns: movements of ends, points of the vertices, angles of the states.
-#[derive(Clone)]
 struct Problem<'a> {
     lines: &'a [Line],
     vertices: &'a [Vertex],
@@ -95,24 +97,12 @@ pub fn unlocked(
     if states.len() < 2 || problem.largest_gap() > NEARLY {
         return None;
     }
-    let mut weights = vec![1.0; 2 * joints.len()];
-    for _ in 0..ROUNDS {
-        problem.weigh(&weights);
-        problem.solve()?;
-        if !problem.is_locked() {
-            return None;
-        }
-        let moved = problem.placed(joints);
-        let strains = problem.strains(&moved);
-        if largest(&strains) <= WITHIN {
-            return Some(moved);
-        }
-        let mean = strains.iter().sum::<f64>() / strains.len() as f64;
-        for (weight, strain) in weights.iter_mut().zip(&strains) {
-            *weight = (*weight * strain / mean).max(1e-4);
-        }
+    problem.weigh(&vec![1.0; 2 * joints.len()]);
+    problem.close_states();
+    if !problem.is_locked() {
+        return None;
     }
-    None
+    COSTS.iter().find_map(|free| problem.moved(joints, *free))
 }
 
 impl<'a> Problem<'a> {
@@ -147,15 +137,35 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Takes Newton steps as long as they help, and keeps the best of the states; `None` if the equations are
-    /// not met there.
-    fn solve(&mut self) -> Option<()> {
+    /// Returns the joints after a movement within the tolerance, if the search finds one at this cost of the free unknowns.
+    fn moved(&mut self, joints: &[Joint], free: f64) -> Option<Vec<Joint>> {
+        let mut weights = vec![1.0; 2 * joints.len()];
+        for _ in 0..ROUNDS {
+            self.weigh(&weights);
+            self.solve(free)?;
+            let moved = self.placed(joints);
+            let strains = self.strains(&moved);
+            if largest(&strains) <= WITHIN {
+                return Some(moved);
+            }
+            let mean = strains.iter().sum::<f64>() / strains.len() as f64;
+            for (weight, strain) in weights.iter_mut().zip(&strains) {
+                *weight = (*weight * strain / mean).max(1e-4);
+            }
+        }
+        None
+    }
+
+    /// Takes Newton steps with less and less damping where they do not help, at this cost of the free unknowns, and keeps the best of the
+    /// states; `None` if the equations are not met there.
+    fn solve(&mut self, free: f64) -> Option<()> {
         self.x.clone_from(&self.origin);
-        let mut best = (f64::INFINITY, self.x.clone());
+        let (mut first, mut best) = (None, (f64::INFINITY, self.x.clone()));
         let (mut damping, mut stalled) = (DAMPING, 0);
         for _ in 0..STEPS {
             let equations = self.equations();
             let open = equations.iter().map(|(_, value)| value.abs()).fold(0.0, larger);
+            first.get_or_insert(open);
             // NaN is no progress.
             let helps = 2.0 * open < best.0;
             (stalled, damping) =
@@ -166,22 +176,39 @@ impl<'a> Problem<'a> {
             if stalled > MOST_STALLED || (stalled > 0 && best.0 <= ENOUGH) {
                 break;
             }
-            let step = self.step(&equations, damping)?;
+            let Some(step) = self.step(&equations, [damping, free]) else { break };
             self.x += step;
         }
         self.x = best.1;
-        (best.0 <= CLOSED).then_some(())
+        // Rounding alone is no gain.
+        (best.0 <= CLOSED && first.is_some_and(|first| 2.0 * best.0 < first)).then_some(())
     }
 
-    /// Whether the lines as drawn keep the vertices from closing: without the free unknowns, there are equations that these lines do not
-    /// meet.
+    /// Searches begin at states that are nearly closed with the lines as drawn: lines that moved while the states closed need not have
+    /// moved so far.
+    fn close_states(&mut self) {
+        let ends = 2 * self.lines.len();
+        let mut before = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            if self.solve(LEAST_COST).is_none() {
+                break;
+            }
+            let moved = self.x.rows(0, ends).amax();
+            self.origin.clone_from(&self.x);
+            self.origin.rows_mut(0, ends).fill(0.0);
+            if 2.0 * moved > before {
+                break;
+            }
+            before = moved;
+        }
+        self.x.clone_from(&self.origin);
+    }
+
+    /// Whether lines as drawn keep the vertices from closing: without the free unknowns, there are equations that they do not meet.
     fn is_locked(&self) -> bool {
         let (ends, unknowns) = (2 * self.lines.len(), self.x.len());
-        let mut drawn = self.x.clone();
-        drawn.rows_mut(0, ends).fill(0.0);
-        let as_drawn = Problem { x: drawn, ..self.clone() };
         let right = unknowns - ends;
-        let rows = as_drawn.equations().into_iter().map(|(entries, value)| {
+        let rows = self.equations().into_iter().map(|(entries, value)| {
             let mut row = Row::from([(right, value)]);
             for (unknown, entry) in entries.into_iter().filter(|(unknown, _)| *unknown >= ends) {
                 *row.entry(unknown - ends).or_default() += entry * self.scale[unknown];
@@ -193,7 +220,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Returns a step of the unknowns that solves the linearised equations but for the damping.
-    fn step(&self, equations: &[Equation], damping: f64) -> Option<DVector<f64>> {
+    fn step(&self, equations: &[Equation], [damping, free]: [f64; 2]) -> Option<DVector<f64>> {
         let (ends, unknowns) = (2 * self.lines.len(), self.x.len());
         // A movement of one slack, and the free unknowns that belong to it, have about this effect.
         let slack = self.lines.iter().map(|line| line.slack).fold(0.0, larger);
@@ -204,7 +231,7 @@ impl<'a> Problem<'a> {
         };
         let mut columns: Vec<BTreeMap<usize, f64>> = Vec::new();
         for unknown in 0..unknowns {
-            let cost = if unknown < ends { 1.0 } else { FREE };
+            let cost = if unknown < ends { 1.0 } else { free };
             columns.push(BTreeMap::from([(unknown, cost)]));
         }
         let mut right = vec![0.0; unknowns];
@@ -333,7 +360,7 @@ impl<'a> Problem<'a> {
 }
 
 /// Returns the solution of equations with a quasidefinite matrix, given by the columns of its upper triangle.
-fn solution(columns: &[BTreeMap<usize, f64>], right: Vec<f64>) -> Option<Vec<f64>> {
+fn solution(columns: &[BTreeMap<usize, f64>], mut right: Vec<f64>) -> Option<Vec<f64>> {
     let size = columns.len();
     let ends = columns.iter().scan(0, |end, column| {
         *end += column.len();
@@ -343,8 +370,6 @@ fn solution(columns: &[BTreeMap<usize, f64>], right: Vec<f64>) -> Option<Vec<f64
     let (places, values) = columns.iter().flatten().unzip();
     let matrix = CscMatrix::new(size, size, starts, places, values);
     let settings = QDLDLSettingsBuilder::default().regularize_enable(false).build().ok();
-    let mut factors = QDLDLFactorisation::new(&matrix, settings).ok()?;
-    let mut solution = right;
-    factors.solve(&mut solution);
-    Some(solution)
+    QDLDLFactorisation::new(&matrix, settings).ok()?.solve(&mut right);
+    Some(right)
 }
