@@ -61,7 +61,8 @@ pub fn shown(program: &Program, scalar: &TokenStream) -> TokenStream {
             const UPPER: Rows = #upper;
             Some(Reduction {
                 branches: &BRANCHES, independent: &#independent, steps: &[#(#steps),*],
-                rows: &[#(#rows_of_equations),*], places: &#places, closure: CLOSURE, lower: LOWER, upper: UPPER,
+                rows: &[#(#rows_of_equations),*], places: &#places,
+                closure: CLOSURE, lower: LOWER, upper: UPPER,
                 is_beside_solution: #is_beside_solution, parts: self,
             })
         }

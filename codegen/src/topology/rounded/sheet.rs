@@ -12,8 +12,8 @@
 //! ```
 //!
 //! by Newton's method, damped: most equations nearly follow from others, and what the linear equations neglect must not be
-//! divided by the little that remains beside these. With the derivatives J of the equations g, and of little cost W for a change d of the
-//! free unknowns,
+//! divided by the little that remains beside these. With the derivatives J of the equations g, a step d of all unknowns, and its cost W, 1
+//! for movements and little for the free unknowns,
 //!
 //! ```text
 //! | W    J^T | |  d  |   |  0 |
