@@ -330,7 +330,7 @@ fn advance<V: Lanes, B: Batch<V>>(batch: &B, state: &mut StatesOf<B, V>, dt: V::
             done &= accelerate(batch, t, q, u, du);
             if done == 0 { Err(()) } else { Ok(()) }
         };
-    let stopped = stages.advance(state, V::splat(dt), differentiate, |_, _| Ok(()));
+    let stopped = stages.advance(state, V::splat(dt), differentiate);
     match stopped {
         Ok(()) => {
             batch.normalise(state.q.as_mut());

@@ -127,13 +127,19 @@ fn write_mobility(text: &mut String, topology: &Topology) -> fmt::Result {
     topology.summary_lines().into_iter().try_for_each(|line| writeln!(text, "  {line}"))
 }
 
+/// Whether accelerations are the work of the runtime's elimination. Beside straight-line code that solves them, it only serves next to
+/// singular states.
+fn is_reduced(program: &Program) -> bool {
+    program.reduction().is_some() && !program.solves()
+}
+
 /// Writes which method the compiler chose for the accelerations: the one with the fewest operations of those
 /// that suit the loops.
 fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
     let topology = &compiled.topology;
     let acceleration = compiled.program.function_of(FunctionKind::Acceleration);
     let has = |phase| acceleration.instructions.iter().any(|step| step.section.phase == phase);
-    let in_loops = compiled.program.reduction().is_some();
+    let in_loops = is_reduced(&compiled.program);
     match &topology.reduction {
         Some(reduction) if in_loops || has(Phase::IndependentAcceleration) => {
             let joints = &topology.mechanism.joints;
@@ -163,9 +169,9 @@ fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
 
 /// Writes in which form modules have their functions, where it is not straight-line code.
 fn write_form(text: &mut String, program: &Program) -> fmt::Result {
-    let kinds = match program.reduction() {
-        Some(_) => [FunctionKind::Reduction, FunctionKind::ProjectionReduction],
-        None => [FunctionKind::Acceleration, FunctionKind::Projection],
+    let kinds = match is_reduced(program) {
+        true => [FunctionKind::Reduction, FunctionKind::ProjectionReduction],
+        false => [FunctionKind::Acceleration, FunctionKind::Projection],
     };
     let [acceleration, projection] = kinds.map(|kind| program.form(kind));
     let words = |form| match form {
@@ -237,9 +243,9 @@ fn write_linear_ranges(text: &mut String, mechanism: &Mechanism) -> fmt::Result 
 
 fn write_operations(text: &mut String, program: &Program) -> fmt::Result {
     writeln!(text, "\noperations per evaluation")?;
-    let solution = match program.reduction() {
-        Some(_) => FunctionKind::Reduction,
-        None => FunctionKind::Acceleration,
+    let solution = match is_reduced(program) {
+        true => FunctionKind::Reduction,
+        false => FunctionKind::Acceleration,
     };
     let of_reductions = [FunctionKind::Reduction, FunctionKind::ProjectionReduction];
     let is_listed = |kind| solution == FunctionKind::Reduction || !of_reductions.contains(&kind);

@@ -27,7 +27,7 @@ pub use rk4::Rk4;
 pub(crate) use rk4::Stages;
 pub use rodas::Rodas;
 
-use crate::acceleration::acceleration_of_stage;
+use crate::acceleration::{acceleration_of_stage, not_finite};
 use crate::projection::{project_stage, restore};
 use crate::{Arithmetic, Error, Mechanism, StateOf, acceleration_in_motion, project};
 
@@ -48,7 +48,7 @@ pub enum Stabilisation {
 }
 
 impl Stabilisation {
-    /// After a step.
+    /// After a step, whose numbers are finite then.
     #[inline]
     fn project<Y: Mechanism>(
         self,
@@ -62,7 +62,10 @@ impl Stabilisation {
             Self::Projection => {
                 project(system, t, q.as_mut(), u.as_mut(), workspace.as_mut()).map(|_| ())
             }
-            Self::Baumgarte | Self::Off => Ok(()),
+            Self::Baumgarte | Self::Off => match not_finite(&[q.as_ref(), u.as_ref()]) {
+                Some(joint) => Err(Error::NotFinite { joint }),
+                None => Ok(()),
+            },
         }
     }
 

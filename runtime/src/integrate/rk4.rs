@@ -2,7 +2,7 @@
 
 use super::{Stabilisation, fixed};
 use crate::linear::add_scaled;
-use crate::{Arithmetic, Error, Mechanism, Scalar, State, StateOf};
+use crate::{Arithmetic, Error, Mechanism, State, StateOf};
 
 /// Runge-Kutta of order 4 and fixed step: four evaluations per step.
 #[derive(Clone, Debug)]
@@ -57,10 +57,7 @@ impl<Y: Mechanism> Rk4<Y> {
                 system.write_rates(q.as_ref(), u.as_ref(), dq.as_mut());
                 stabilisation.accelerate(system, dt, (t, q, u), workspace, du)
             };
-        let check = |joint, rate: Y::Scalar| {
-            if rate.is_finite() { Ok(()) } else { Err(Error::NotFinite { joint }) }
-        };
-        self.stages.advance(state, dt, differentiate, check)?;
+        self.stages.advance(state, dt, differentiate)?;
         system.normalise(state.q.as_mut());
         let workspace = &mut self.workspace;
         stabilisation.project(system, state.t, &mut state.q, &mut state.u, workspace)
@@ -87,15 +84,14 @@ impl<Q: Clone, U: Clone> Stages<Q, U> {
         Self { rate: q.clone(), acceleration: u.clone(), q: q.clone(), u: u.clone(), dq: q, du: u }
     }
 
-    /// Advances by `dt` (s), where `differentiate` writes dq/dt and du/dt at (t, q, u) and `check` sees
-    /// each of their numbers with its index; failure leaves the state as it was. Nothing is projected.
+    /// Advances by `dt` (s), where `differentiate` writes dq/dt and du/dt at (t, q, u); its failure leaves the state as it
+    /// was. Nothing is projected.
     #[inline]
     pub(crate) fn advance<S: Arithmetic, E>(
         &mut self,
         state: &mut State<Q, S, U>,
         dt: S,
         mut differentiate: impl FnMut(S, &Q, &U, &mut Q, &mut U) -> Result<(), E>,
-        check: impl Fn(usize, S) -> Result<(), E>,
     ) -> Result<(), E>
     where
         Q: AsRef<[S]> + AsMut<[S]>,
@@ -113,21 +109,17 @@ impl<Q: Clone, U: Clone> Stages<Q, U> {
         {
             let t = state.t + ahead;
             differentiate(t, &self.q, &self.u, &mut self.rate, &mut self.acceleration)?;
-            // One number after the other: they come fresh from single stores, which a wide load
-            // would have to wait for.
             let advance = |out: &mut [S], sum: &mut [S], from: &[S], rate: &[S]| {
                 let places = out.iter_mut().zip(sum).zip(from).zip(rate);
-                for (index, (((out, sum), &from), &rate)) in places.enumerate() {
-                    check(index, rate)?;
+                for (((out, sum), &from), &rate) in places {
                     *sum += weight * rate;
                     *out = from + next * rate;
                 }
-                Ok(())
             };
             let (q, dq) = (self.q.as_mut(), self.dq.as_mut());
-            advance(q, dq, state.q.as_ref(), self.rate.as_ref())?;
+            advance(q, dq, state.q.as_ref(), self.rate.as_ref());
             let (u, du) = (self.u.as_mut(), self.du.as_mut());
-            advance(u, du, state.u.as_ref(), self.acceleration.as_ref())?;
+            advance(u, du, state.u.as_ref(), self.acceleration.as_ref());
         }
         add_scaled(state.q.as_mut(), S::ONE, self.dq.as_ref());
         add_scaled(state.u.as_mut(), S::ONE, self.du.as_ref());

@@ -11,6 +11,7 @@ use lamc_tests::random::Random;
 use lamc_tests::sheets::{miura, yoshimura};
 use lamc_tests::udwadia::{Constrained, Equations, cut};
 use lamc_tests::{compile_text, relative_error};
+use lamc_workbench::check::Check;
 use nalgebra::{DMatrix, DVector};
 
 /// Shares of the angles at the start, 40 degrees: down to 2 degrees.
@@ -373,6 +374,19 @@ fn the_general_way_is_the_pseudo_inverse_too() {
 }
 
 /// Operations of an acceleration per hinge hardly depend on the size of a Miura sheet.
+#[test]
+fn the_report_says_what_solves_a_sheet() {
+    for (sheet, how) in [(miura(5, 5), ""), (yoshimura(4, 5), ", whose matrices the runtime forms")]
+    {
+        let report = Check::new(&compile_text(&sheet)).report();
+        assert!(
+            report.contains(&format!("acceleration: by independent speeds{how}\n")),
+            "{report}"
+        );
+        assert_eq!(report.contains("\n  reduction "), !how.is_empty(), "{report}");
+    }
+}
+
 #[test]
 fn operations_grow_as_the_number_of_hinges() {
     let per_hinge = |n: usize| {

@@ -14,8 +14,8 @@ pub struct Cells {
     pub count: usize,
 }
 
-/// Gives the values of each record cells side by side, which others get when none of them is needed any more. `given` values have
-/// the first cells, and `returned` ones keep theirs to the end.
+/// Gives the values of each record cells side by side, of which others get those whose values are not needed any more. `given` values
+/// have the first cells, and `returned` ones keep theirs to the end.
 pub fn cells(
     kernels: &[Kernel],
     runs: &[Run],
@@ -24,26 +24,28 @@ pub fn cells(
     returned: &[Value],
 ) -> Cells {
     let records = || {
-        runs.iter()
-            .flat_map(|run| run.records.iter().map(|&place| &kernels[run.kernel].records[place]))
+        runs.iter().flat_map(|&Run { kernel, ref records }| {
+            records.iter().map(move |&place| (kernel, &kernels[kernel].records[place]))
+        })
     };
     let mut last: HashMap<Value, usize> = HashMap::new();
-    for (time, record) in records().enumerate() {
+    for (time, (_, record)) in records().enumerate() {
         last.extend(record.reads.iter().map(|&read| (read, time)));
         for &value in &record.writes {
             last.entry(value).or_insert(time);
         }
     }
     last.extend(returned.iter().map(|&value| (value, usize::MAX)));
+    let places: Vec<Vec<usize>> = kernels.iter().map(|kernel| places(kernel, &last)).collect();
     let mut free = Free { gaps: BTreeMap::new(), count: first };
     // The cells whose values nothing reads after a record.
     let mut ends: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     let mut of = given;
-    for (time, record) in records().enumerate() {
-        let length = record.writes.len();
-        let cell = free.take(length);
-        of.extend(record.writes.iter().copied().zip(cell..));
-        for (cell, value) in (cell..).zip(&record.writes) {
+    for (time, (kernel, record)) in records().enumerate() {
+        let first = free.take(record.writes.len());
+        for (place, value) in places[kernel].iter().zip(&record.writes) {
+            let cell = first + place;
+            of.insert(*value, cell);
             ends.entry(last[value]).or_default().push(cell);
         }
         for cell in ends.remove(&time).unwrap_or_default() {
@@ -51,6 +53,22 @@ pub fn cells(
         }
     }
     Cells { of, count: free.count }
+}
+
+/// Returns where among the values of a record each has its cell: in the order in which they are needed for the last time, so that cells
+/// that are side by side are free at about the same time. A cosine follows its sine.
+fn places(kernel: &Kernel, last: &HashMap<Value, usize>) -> Vec<usize> {
+    let needed = |place: usize| -> f64 {
+        kernel.records.iter().map(|record| last[&record.writes[place]] as f64).sum()
+    };
+    let count = kernel.records.first().map_or(0, |record| record.writes.len());
+    let mut order: Vec<usize> = (0..count).collect();
+    if !kernel.shape.is_sine() {
+        order.sort_by(|&a, &b| needed(a).total_cmp(&needed(b)));
+    }
+    let mut places = vec![0; count];
+    order.into_iter().enumerate().for_each(|(place, value)| places[value] = place);
+    places
 }
 
 /// Cells that are not in use.
