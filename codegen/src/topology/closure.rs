@@ -7,7 +7,7 @@
 //!
 //! Both chains start at the body at which they meet, whose own motion cancels.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SVector, Unit, Vector3};
+use nalgebra::{DVector, Matrix3, Rotation3, SVector, Unit, Vector3};
 
 use super::graph::{self, Loop, Node, NodeId};
 use super::sparse::Row;
@@ -114,10 +114,10 @@ impl<'a> Closure<'a> {
         Placed { hinges, ghost, original, length: chains.length }
     }
 
-    /// Returns J^T J, J^T r and the largest residual, relative to the loops' lengths.
-    pub fn normal_equations(&self, q: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>, f64) {
+    /// Returns J^T J as the columns of its upper triangle, J^T r and the largest residual, relative to the loops' lengths.
+    pub fn normal_equations(&self, q: &DVector<f64>) -> (Vec<Row>, DVector<f64>, f64) {
         let n = self.joints.len();
-        let (mut matrix, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        let (mut matrix, mut right) = (vec![Row::new(); n], DVector::zeros(n));
         let mut open = 0.0;
         for chains in &self.loops {
             let placed = self.place(chains, q);
@@ -125,8 +125,8 @@ impl<'a> Closure<'a> {
             open = larger(open, largest(&residual));
             for (i, a) in &columns {
                 right[*i] += a.dot(&residual);
-                for (j, b) in &columns {
-                    matrix[(*i, *j)] += a.dot(b);
+                for (j, b) in columns.iter().filter(|(j, _)| i <= j) {
+                    *matrix[*j].entry(*i).or_default() += a.dot(b);
                 }
             }
         }

@@ -67,12 +67,12 @@ impl Infinitesimal {
         if echelon.rank() == n || !(0..TRIALS).any(|_| is_no_motion(&direction())) {
             return Self::default();
         }
-        // A row for each direction.
+        // A row for each direction. Angles at a double root are known to some 1e-5 rad, which is little beside the longer step.
         let mut fallen = DMatrix::zeros(n - echelon.rank(), n);
         let mut stays = fallen.clone();
         for (mut fallen, mut stays) in fallen.row_iter_mut().zip(stays.row_iter_mut()) {
             let direction = direction();
-            if let Some(found) = fallen_back(closure, q, &direction, STEPS[1]) {
+            if let Some(found) = fallen_back(closure, q, &direction, STEPS[0]) {
                 fallen.copy_from(&found.transpose());
                 stays.copy_from(&(direction - found).transpose());
             }

@@ -16,11 +16,11 @@
 use std::cmp::Ordering;
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::closure::Closure;
 use super::infinitesimal::Infinitesimal;
-use super::sparse::Echelon;
+use super::sparse::{Echelon, symmetric_solution};
 
 /// Largest residual of a closed configuration, relative to a loop's length.
 const CLOSED: f64 = 1e-11;
@@ -233,12 +233,17 @@ pub(super) fn assemble(closure: &Closure, start: &DVector<f64>) -> Option<DVecto
         let mut accepted = false;
         for _ in 0..12 {
             let damping = (trust * squared).max(1e-14);
-            let damped = &matrix + DMatrix::identity(n, n) * damping;
-            let Some(factors) = damped.cholesky() else {
+            let mut damped = matrix.clone();
+            for (joint, column) in damped.iter_mut().enumerate() {
+                *column.entry(joint).or_default() += damping;
+            }
+            let solution = symmetric_solution(&damped, right.as_slice().to_vec());
+            // Rounding may have taken more from the matrix than the damping adds.
+            let Some((solution, _)) = solution.filter(|(_, positive)| *positive == n) else {
                 trust = trust.max(1e-6) * 10.0;
                 continue;
             };
-            let mut step = -factors.solve(&right);
+            let mut step = -DVector::from_vec(solution);
             let largest_step = step.amax();
             if largest_step > 0.5 {
                 step *= 0.5 / largest_step;

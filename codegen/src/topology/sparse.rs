@@ -1,4 +1,4 @@
-//! Rank and null space of the hinges' twists around loops, by sparse elimination row by row.
+//! Rank and null space of the hinges' twists around loops, by sparse elimination row by row; and symmetric equations.
 //!
 //! A loop has entries only for its own hinges, so the rows of a sheet stay short. The pivot of a row is
 //! its largest entry after the earlier pivot rows are taken from it.
@@ -6,6 +6,8 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
+use clarabel::algebra::CscMatrix;
+use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettingsBuilder};
 use nalgebra::{DMatrix, DVector};
 
 use crate::arithmetic::larger;
@@ -133,6 +135,24 @@ impl Echelon {
         }
         basis.transpose()
     }
+}
+
+/// Returns the solution of equations with a symmetric matrix that is definite, or quasidefinite, so that it has a factor in every order
+/// (R. J. Vanderbei, "Symmetric quasidefinite matrices", 1995); and how many of the matrix's eigenvalues are positive. Given are the columns
+/// of its upper triangle, each with an entry on the diagonal.
+pub fn symmetric_solution(columns: &[Row], mut right: Vec<f64>) -> Option<(Vec<f64>, usize)> {
+    let size = columns.len();
+    let ends = columns.iter().scan(0, |end, column| {
+        *end += column.len();
+        Some(*end)
+    });
+    let starts = std::iter::once(0).chain(ends).collect();
+    let (places, values) = columns.iter().flatten().unzip();
+    let matrix = CscMatrix::new(size, size, starts, places, values);
+    let settings = QDLDLSettingsBuilder::default().regularize_enable(false).build().ok();
+    let mut factors = QDLDLFactorisation::new(&matrix, settings).ok()?;
+    factors.solve(&mut right);
+    Some((right, factors.positive_inertia()))
 }
 
 /// Returns the entry of largest magnitude in the columns of the matrix.

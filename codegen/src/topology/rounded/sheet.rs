@@ -20,17 +20,12 @@
 //! | J   -c 1 | | ... | = | -g |
 //! ```
 //!
-//! is sparse and quasidefinite: it has a factor in every order, which grows little with the sheet (R. J. Vanderbei,
-//! "Symmetric quasidefinite matrices", 1995). The damping c falls where a step does not help. So the movement is small,
+//! is sparse and quasidefinite, and its factor grows little with the sheet. The damping c falls where a step does not help. So the movement is small,
 //! not always the least. As for other relations of lines, the result must be a drawing that rounds to the given one.
 
-use std::collections::BTreeMap;
-
-use clarabel::algebra::CscMatrix;
-use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettingsBuilder};
 use nalgebra::{DVector, Matrix3, Rotation3, Unit, Vector2, Vector3};
 
-use super::super::sparse::{Echelon, Row};
+use super::super::sparse::{Echelon, Row, symmetric_solution};
 use super::fit::WITHIN;
 use super::line::Line;
 use crate::arithmetic::{larger, largest};
@@ -229,21 +224,21 @@ impl<'a> Problem<'a> {
             let scale = self.scale[unknown];
             if unknown < ends { scale } else { scale * unit }
         };
-        let mut columns: Vec<BTreeMap<usize, f64>> = Vec::new();
+        let mut columns: Vec<Row> = Vec::new();
         for unknown in 0..unknowns {
             let cost = if unknown < ends { 1.0 } else { free };
-            columns.push(BTreeMap::from([(unknown, cost)]));
+            columns.push(Row::from([(unknown, cost)]));
         }
         let mut right = vec![0.0; unknowns];
         for (row, (entries, value)) in equations.iter().enumerate() {
-            let mut column = BTreeMap::from([(unknowns + row, -damping)]);
+            let mut column = Row::from([(unknowns + row, -damping)]);
             for &(unknown, entry) in entries {
                 *column.entry(unknown).or_default() += entry * scale(unknown) / unit;
             }
             columns.push(column);
             right.push(-value / unit);
         }
-        let solution = solution(&columns, right)?;
+        let (solution, _) = symmetric_solution(&columns, right)?;
         let steps = solution.iter().take(unknowns).enumerate();
         Some(DVector::from_iterator(unknowns, steps.map(|(unknown, x)| x * scale(unknown))))
     }
@@ -357,19 +352,4 @@ impl<'a> Problem<'a> {
         });
         ends.collect()
     }
-}
-
-/// Returns the solution of equations with a quasidefinite matrix, given by the columns of its upper triangle.
-fn solution(columns: &[BTreeMap<usize, f64>], mut right: Vec<f64>) -> Option<Vec<f64>> {
-    let size = columns.len();
-    let ends = columns.iter().scan(0, |end, column| {
-        *end += column.len();
-        Some(*end)
-    });
-    let starts = std::iter::once(0).chain(ends).collect();
-    let (places, values) = columns.iter().flatten().unzip();
-    let matrix = CscMatrix::new(size, size, starts, places, values);
-    let settings = QDLDLSettingsBuilder::default().regularize_enable(false).build().ok();
-    QDLDLFactorisation::new(&matrix, settings).ok()?.solve(&mut right);
-    Some(right)
 }

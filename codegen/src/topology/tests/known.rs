@@ -97,7 +97,10 @@ fn hinges_in_a_row_on_one_sheet_are_locked() {
 /// points of a sphere, which no chain of them can leave.
 #[test]
 fn creases_at_a_straight_edge_cannot_turn() {
-    for inner in [&[60.0, 120.0][..], &[40.0, 100.0, 130.0], &[25.0, 70.0, 110.0, 150.0]] {
+    let several =
+        [[40.0, 100.0, 130.0], [50.0, 129.0, 140.0], [65.0, 118.0, 140.0], [65.0, 129.0, 140.0]];
+    let several = several.iter().map(|inner| &inner[..]);
+    for inner in [&[60.0, 120.0][..], &[25.0, 70.0, 110.0, 150.0]].into_iter().chain(several) {
         let angles: Vec<f64> = [&[0.0], inner, &[180.0]].concat();
         let mut mechanism = mechanism(&ring(&degrees(&angles)));
         let topology = build(mechanism.clone()).expect("a mechanism");
