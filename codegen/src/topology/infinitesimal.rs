@@ -104,6 +104,6 @@ fn fallen_back(
     direction: &DVector<f64>,
     step: f64,
 ) -> Option<DVector<f64>> {
-    let next = mobility::beside(closure, &(q + direction * step))?;
+    let next = mobility::assemble(closure, &(q + direction * step))?;
     Some(direction - (next - q) / step)
 }

@@ -204,15 +204,6 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
     Sample { end: q.clone(), q, rank, moves, guessed: false }
 }
 
-/// Finds a closed configuration next to `start`. That of many joints is not looked for by the steps whose cost
-/// is that of a dense matrix.
-pub(super) fn beside(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f64>> {
-    match start.len() > MANY_JOINTS {
-        true => closed_by_newton(closure, start),
-        false => assemble(closure, start),
-    }
-}
-
 /// Finds a closed configuration near `start` by damped Gauss-Newton steps.
 pub(super) fn assemble(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f64>> {
     const ITERATIONS: usize = 120;

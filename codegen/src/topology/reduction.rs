@@ -72,7 +72,7 @@ fn states(closure: &Closure, assembled: &DVector<f64>) -> Vec<DVector<f64>> {
     let mut states = Vec::new();
     let mut add = |start: DVector<f64>| {
         let near = |q: &DVector<f64>| (q - &start).amax() <= 0.5 * start.amax();
-        states.extend(mobility::beside(closure, &start).filter(near));
+        states.extend(mobility::assemble(closure, &start).filter(near));
     };
     for fold in FOLDS {
         add(assembled * fold);

@@ -373,7 +373,6 @@ fn the_general_way_is_the_pseudo_inverse_too() {
     check_generally("yoshimura 4x5", &yoshimura(4, 5), &folds);
 }
 
-/// Operations of an acceleration per hinge hardly depend on the size of a Miura sheet.
 #[test]
 fn the_report_says_what_solves_a_sheet() {
     for (sheet, how) in [(miura(5, 5), ""), (yoshimura(4, 5), ", whose matrices the runtime forms")]
@@ -387,6 +386,7 @@ fn the_report_says_what_solves_a_sheet() {
     }
 }
 
+/// Operations of an acceleration per hinge hardly depend on the size of a Miura sheet.
 #[test]
 fn operations_grow_as_the_number_of_hinges() {
     let per_hinge = |n: usize| {

@@ -124,3 +124,30 @@ fn single_precision_settles_and_moves() -> Result<(), Error> {
     }
     Ok(())
 }
+
+/// Speeds whose squares overflow: no step, however it keeps loops closed, leaves numbers that are not finite.
+fn overflows<M, const N: usize>(model: &M)
+where
+    M: Mechanism<Scalar = f64, Coordinates = [f64; N], Speeds = [f64; N]>,
+{
+    let start = State { u: [1e200; N], ..model.assembled().unwrap() };
+    for stabilisation in [Stabilisation::Projection, Stabilisation::Baumgarte, Stabilisation::Off] {
+        let (mut rk4, mut euler) = (Rk4::new(model), SemiImplicitEuler::new(model));
+        (rk4.stabilisation, euler.stabilisation) = (stabilisation, stabilisation);
+        let (mut a, mut b) = (start, start);
+        for outcome in [rk4.step(model, &mut a, 1e-3), euler.step(model, &mut b, 1e-3)] {
+            assert!(
+                matches!(outcome, Err(Error::NotFinite { .. })),
+                "{stabilisation:?}: {outcome:?}"
+            );
+        }
+        assert_eq!([(a.t, a.q, a.u), (b.t, b.q, b.u)], [(start.t, start.q, start.u); 2]);
+    }
+}
+
+#[test]
+fn steps_that_overflow_are_refused() {
+    overflows(&TriplePendulum::<f64>::default());
+    overflows(&Fourbar::<f64>::default());
+    overflows(&Sixbar::<f64>::default());
+}
