@@ -122,8 +122,8 @@ impl Config {
         self
     }
 
-    /// Cuts loops at these joints. By default a loop is cut where a breadth-first search from the ground first closes
-    /// it. It changes how many operations the equations take (see the module's header), not the
+    /// Cuts loops at these joints. By default loops are cut where the equations take the fewest operations, of the places that the
+    /// compiler compares. It changes how many operations the equations take (see the module's header), not the
     /// motion.
     #[must_use]
     pub fn cut<N: Into<String>>(mut self, joints: impl IntoIterator<Item = N>) -> Self {

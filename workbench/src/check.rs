@@ -9,7 +9,7 @@ use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
 use lamc::program::Phase;
 use lamc::program::{Form, FunctionKind, Program};
-use lamc::topology::Topology;
+use lamc::topology::{Comparison, Topology};
 use lamc_runtime::{Mechanism as _, State, Stopped, assemble, equilibrium, project};
 
 use crate::execution::Jit;
@@ -124,7 +124,46 @@ fn write_mobility(text: &mut String, topology: &Topology) -> fmt::Result {
     if !driven.is_empty() {
         writeln!(text, "  driven: {}", driven.join(", "))?;
     }
-    topology.summary_lines().into_iter().try_for_each(|line| writeln!(text, "  {line}"))
+    topology.summary_lines().into_iter().try_for_each(|line| writeln!(text, "  {line}"))?;
+    write_tree(text, topology)
+}
+
+/// Most cuts that are named.
+const MOST_CUTS: usize = 12;
+
+/// Writes where the loops are cut, and why there.
+fn write_tree(text: &mut String, topology: &Topology) -> fmt::Result {
+    if topology.loops.is_empty() {
+        return Ok(());
+    }
+    let joints = &topology.mechanism.joints;
+    let cuts = topology.loops.iter().map(|closed| &joints[closed.joint.index()].name);
+    let cuts: Vec<_> = cuts.map(|name| format!("`{name}`")).collect();
+    match cuts.get(MOST_CUTS..).map_or(0, <[_]>::len) {
+        0 => writeln!(text, "spanning tree: cut at {}", cuts.join(", "))?,
+        more => {
+            writeln!(
+                text,
+                "spanning tree: cut at {} and {more} more",
+                cuts[..MOST_CUTS].join(", ")
+            )?;
+        }
+    }
+    match topology.comparison {
+        Some(Comparison { trees, derived: 1, chosen, plain }) => writeln!(
+            text,
+            "  the cheapest of {trees} by an estimate: {chosen}, of the breadth-first tree {plain}"
+        ),
+        Some(Comparison { trees, derived, chosen, plain }) => writeln!(
+            text,
+            "  the cheapest of {trees}, {derived} of them compared by the operations of an acceleration: {chosen}, of the \
+             breadth-first tree {plain}"
+        ),
+        None if topology.mechanism.cuts.is_empty() => {
+            writeln!(text, "  there is no other tree of its kind")
+        }
+        None => writeln!(text, "  as asked"),
+    }
 }
 
 /// Whether accelerations are the work of the runtime's elimination. Beside straight-line code that solves them, it only serves next to

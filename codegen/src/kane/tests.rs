@@ -129,6 +129,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         infinitesimal: Vec::new(),
         is_shaky: false,
         warnings: Default::default(),
+        comparison: None,
     }
 }
 

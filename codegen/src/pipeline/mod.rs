@@ -1,6 +1,8 @@
 //! The pipeline: every stage of the compiler, in order.
 
 mod output;
+#[cfg(feature = "derive")]
+mod tree;
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -11,7 +13,7 @@ use sha2::{Digest, Sha256};
 #[cfg(feature = "derive")]
 use crate::kane::{self, DeriveError, Equations};
 #[cfg(feature = "derive")]
-use crate::laminate::Geometry;
+use crate::laminate::{self, Geometry};
 #[cfg(feature = "derive")]
 use crate::lowering;
 use crate::program::{self, Program, ReadError};
@@ -21,6 +23,8 @@ use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFil
 #[cfg(feature = "derive")]
 use crate::symbolic::SessionError;
 use crate::topology::Topology;
+#[cfg(feature = "derive")]
+use crate::topology::choice::{self, Candidate};
 use crate::topology::range::{self, analysed};
 
 pub use output::{c_header, c_source, fmu_files, python_module, rust_module};
@@ -192,10 +196,38 @@ impl Read<'_> {
     /// As [`compile`].
     pub fn derive(&self, mut enter: impl FnMut(Stage, usize)) -> Result<Derived, CompileError> {
         let joints = self.model.joints.len();
+        let mechanism = laminate::build(&self.model, &mut Diagnostics::default())?;
+        let mut is_first = true;
+        let derive = |candidate: &Candidate| {
+            let model = SourceModel { cuts: candidate.cuts.clone(), ..self.model.clone() };
+            let is_shown = std::mem::take(&mut is_first);
+            self.derive_cut(&model, |stage, joints| {
+                if is_shown {
+                    enter(stage, joints)
+                }
+            })
+        };
+        let (plain, others) = choice::candidates(&mechanism)?;
+        let mut derived = tree::cheapest((&plain, &others), joints, derive)?;
+        // A module repeats what the user asked for.
+        if self.model.cuts.is_empty() {
+            derived.program.interface.cuts.clear();
+        }
+        Ok(derived)
+    }
+
+    /// Runs these stages with loops cut where the model says.
+    #[cfg(feature = "derive")]
+    fn derive_cut(
+        &self,
+        model: &SourceModel,
+        mut enter: impl FnMut(Stage, usize),
+    ) -> Result<Derived, CompileError> {
+        let joints = model.joints.len();
         enter(Stage::Topology, joints);
-        let (topology, warnings) = analysed(&self.model)?;
-        range::check(&self.model, &topology)?;
-        let geometry = Geometry::new(&self.model, &topology.mechanism)?;
+        let (topology, warnings) = analysed(model)?;
+        range::check(model, &topology)?;
+        let geometry = Geometry::new(model, &topology.mechanism)?;
         enter(Stage::Equations, joints);
         let equations: Equations = kane::derive(&topology, &geometry)?;
         enter(Stage::Program, joints);
@@ -212,7 +244,9 @@ impl Read<'_> {
         let numbers = self.model.numbers();
         let mut warnings = self.warnings;
         warnings.extend(found.0);
-        let model = self.model.is_parametric().then(|| Box::new(self.model));
+        // At other values of the parameters, the tree is the same.
+        let model = SourceModel { cuts: topology.mechanism.cuts.clone(), ..self.model };
+        let model = model.is_parametric().then(|| Box::new(model));
         Compiled { topology, program, model, numbers, warnings }
     }
 }

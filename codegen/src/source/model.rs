@@ -63,7 +63,7 @@ pub struct SourceModel {
     pub contacts: Vec<Contact>,
     /// Controllers in discrete time.
     pub controllers: Vec<Controller>,
-    /// Joints at which loops are cut. For other loops a breadth-first search chooses the joint.
+    /// Joints at which loops are cut. For other loops the compiler chooses the joint.
     pub cuts: Vec<JointId>,
     /// Hinge models by name.
     pub hinge_models: Vec<HingeModel>,

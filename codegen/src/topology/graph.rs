@@ -58,6 +58,21 @@ pub struct Topology {
     pub is_shaky: bool,
     /// Warnings (near misses, immobile loops).
     pub warnings: Diagnostics,
+    /// How the tree was chosen; nothing if there was none to compare it with.
+    pub comparison: Option<Comparison>,
+}
+
+/// Why a tree was chosen: no other that was compared is cheaper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// How many trees there are to choose from.
+    pub trees: usize,
+    /// How many of them were derived and compared by the operations of an acceleration; with one, all were compared by estimates.
+    pub derived: usize,
+    /// Cost of the chosen tree: operations of an acceleration, or its estimate.
+    pub chosen: usize,
+    /// The same of the plain tree, which a breadth-first walk finds.
+    pub plain: usize,
 }
 
 /// An elimination of the dependent speeds, with the same pivots at every state.

@@ -1,6 +1,7 @@
 //! Stage 3: [`Mechanism`] -> [`Topology`]: makes the hinge lines of rounded drawings exact, grows a
 //! spanning tree, and finds its loops and the mobility.
 
+pub mod choice;
 mod class;
 mod closure;
 mod cycles;
@@ -77,6 +78,7 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
         infinitesimal: whole.infinitesimal,
         is_shaky: whole.is_shaky,
         warnings,
+        comparison: None,
         mechanism,
     })
 }

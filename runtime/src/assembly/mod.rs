@@ -7,10 +7,11 @@
 //! step = -J^+ r + (I - J^+ J)(g - q) = (g - q) + J^+ (-r - J (g - q)),
 //! ```
 //!
-//! closing again after each step. Joints stay within their limits (projected steps: a joint at its
-//! limit that would leave is held for that step), within half a turn where there are none. If a
-//! guess does not lead to a closed state, it is perturbed, always in the same way. After J. Nocedal
-//! and S. Wright, "Numerical Optimization", 10.3 and 16.7; the damping proportional to |r| after J.
+//! closing again after each step. Joints stay within their limits, within half a turn where there are
+//! none: one at its limit that would leave is held while the loops are closed, and one that would leave in a slide
+//! moves to its limit. If a guess does not lead to a closed state, it is perturbed, always in the same way. After J. Nocedal
+//! and S. Wright, "Numerical Optimization", 10.3 and 16.7; D. P. Bertsekas, "Projected Newton methods for optimization problems
+//! with simple constraints", 1982; the damping proportional to |r| after J.
 //! Fan and Y. Yuan, "On the quadratic convergence of the Levenberg-Marquardt method without
 //! nonsingularity assumption", 2005.
 

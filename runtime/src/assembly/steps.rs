@@ -154,7 +154,7 @@ impl<Y: Mechanism> Search<'_, Y> {
         arrived: Y::Scalar,
     ) -> Result<(), Error> {
         for slid in 0..SLIDING_STEPS {
-            self.tangent(q, held)?;
+            self.tangent(q, Y::Scalar::ONE, held)?;
             if max_abs(self.step) <= arrived {
                 return Ok(());
             }
@@ -174,7 +174,7 @@ impl<Y: Mechanism> Search<'_, Y> {
                 factor *= Y::Scalar::from_f64(SLIDING_DECREASE);
                 // `close` used what the direction was stored in.
                 self.evaluate(q)?;
-                self.tangent(q, held)?;
+                self.tangent(q, factor, held)?;
             }
             if !accepted {
                 return Ok(());
@@ -208,17 +208,29 @@ impl<Y: Mechanism> Search<'_, Y> {
     }
 
     /// The step towards the guess that keeps q closed to first order: g - q less its part
-    /// J^+ (r + J (g - q)) across the closure.
-    fn tangent(&mut self, q: &[Y::Scalar], held: &dyn Fn(usize) -> bool) -> Result<(), Error> {
+    /// J^+ (r + J (g - q)) across the closure. A `share` of it ends within the limits.
+    fn tangent(
+        &mut self,
+        q: &[Y::Scalar],
+        share: Y::Scalar,
+        held: &dyn Fn(usize) -> bool,
+    ) -> Result<(), Error> {
         let n = self.system.dimensions().speeds;
         for (direction, free) in self.free.iter_mut().enumerate() {
             *free = if held(direction) { Y::Scalar::ZERO } else { Y::Scalar::ONE };
         }
-        // Each pass holds the joints that would leave their limits; few ever do.
+        // Each pass leads the joints that would leave their limits to these; few ever do.
         for _ in 0..=n {
             self.system.write_difference(q, self.guess, self.across);
-            for (across, &free) in self.across.iter_mut().zip(&*self.free) {
-                *across = free * *across;
+            let places = self.across.iter_mut().zip(&*self.step).zip(&*self.free).enumerate();
+            for (direction, ((across, &way), &free)) in places {
+                if free == Y::Scalar::ZERO {
+                    let limits = [&*self.lower, &*self.upper];
+                    *across = match held(direction) {
+                        true => Y::Scalar::ZERO,
+                        false => bounded(direction, way, share, q, limits),
+                    };
+                }
             }
             self.square();
             // The second projection removes the residual that damping left.
@@ -238,7 +250,8 @@ impl<Y: Mechanism> Search<'_, Y> {
             copy(self.step, self.across)?;
             let mut leaves = false;
             for (direction, (free, &way)) in self.free.iter_mut().zip(&*self.step).enumerate() {
-                if stops(direction, way, q, [self.lower, self.upper]) {
+                let leads_out = bounded(direction, way, share, q, [self.lower, self.upper]) != way;
+                if *free != Y::Scalar::ZERO && leads_out {
                     *free = Y::Scalar::ZERO;
                     leaves = true;
                 }
@@ -248,6 +261,21 @@ impl<Y: Mechanism> Search<'_, Y> {
             }
         }
         Ok(())
+    }
+}
+
+/// A move along a direction of u of which a `share` leads no further than to the limit of its joint. Directions beyond those of the
+/// joints have no limits.
+fn bounded<S: Scalar>(direction: usize, way: S, share: S, q: &[S], [lower, upper]: [&[S]; 2]) -> S {
+    let place = (q.get(direction), lower.get(direction), upper.get(direction));
+    let (Some(&angle), Some(&lower), Some(&upper)) = place else { return way };
+    let end = angle + share * way;
+    if end < lower {
+        (lower - angle) / share
+    } else if end > upper {
+        (upper - angle) / share
+    } else {
+        way
     }
 }
 

@@ -158,23 +158,35 @@ PRIVATE int close_loops(struct search *search, real *q, const unsigned char *hel
     return evaluate(search, q) <= closed();
 }
 
+/* A move of a joint of which a share leads no further than to its limit. */
+static real bounded(const struct search *search, int joint, real angle, real way, real share)
+{
+    const real end = angle + share * way;
+    if (end < search->limits.lower[joint])
+        return (search->limits.lower[joint] - angle) / share;
+    if (end > search->limits.upper[joint])
+        return (search->limits.upper[joint] - angle) / share;
+    return way;
+}
+
 /* The step towards the guess g that keeps q closed to first order: g - q less its part J^+ (r + J (g - q))
- * across the closure. */
-static void set_tangent(struct search *search, const real *q, const unsigned char *held)
+ * across the closure. A share of it ends within the limits. */
+static void set_tangent(struct search *search, const real *q, real share, const unsigned char *held)
 {
     for (int i = 0; i < SPEEDS; i++)
         search->free[i] = is_held(held, i) ? 0 : 1;
-    /* Each round holds the joints that would leave their limits; few ever do. */
+    /* Each round leads the joints that would leave their limits to these; few ever do. */
     for (int round = 0, leaves = 1; round <= SPEEDS && leaves; round++) {
         leaves = 0;
 #if FREE_COUNT > 0
         write_difference(q, search->guess, search->trial);
-        for (int i = 0; i < SPEEDS; i++)
-            search->trial[i] *= search->free[i];
 #else
         for (int i = 0; i < SPEEDS; i++)
-            search->trial[i] = search->free[i] * (search->guess[i] - q[i]);
+            search->trial[i] = search->guess[i] - q[i];
 #endif
+        for (int i = 0; i < SPEEDS; i++)
+            if (search->free[i] == 0)
+                search->trial[i] = is_held(held, i) ? 0 : bounded(search, i, q[i], search->step[i], share);
         set_normal(search);
         /* The second time takes away what damping left across the closure. */
         for (int pass = 0; pass < 2; pass++) {
@@ -193,8 +205,8 @@ static void set_tangent(struct search *search, const real *q, const unsigned cha
         }
         copy(search->step, search->trial, SPEEDS);
         for (int i = 0; i < SPEEDS; i++) {
-            if ((q[i] <= search->limits.lower[i] && search->step[i] < 0)
-                || (q[i] >= search->limits.upper[i] && search->step[i] > 0)) {
+            const real way = search->step[i];
+            if (search->free[i] != 0 && bounded(search, i, q[i], way, share) != way) {
                 search->free[i] = 0;
                 leaves = 1;
             }
@@ -232,7 +244,7 @@ PRIVATE void slide(struct search *search, real *q, const unsigned char *held, re
     for (int slid = 0; slid < SLIDING_STEPS; slid++) {
         real far, share;
         int accepted = 0;
-        set_tangent(search, q, held);
+        set_tangent(search, q, 1, held);
         if (largest_magnitude(search->step, SPEEDS) <= arrived)
             return;
         far = distance(search, q);
@@ -253,7 +265,7 @@ PRIVATE void slide(struct search *search, real *q, const unsigned char *held, re
                 share *= SLIDING_DECREASE;
                 /* Closing the loops used what the direction was stored in. */
                 evaluate(search, q);
-                set_tangent(search, q, held);
+                set_tangent(search, q, share, held);
             }
         }
         if (!accepted)

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
-use lamc_runtime::{Error, Mechanism, assemble};
+use lamc_runtime::{Error, Mechanism, assemble, project};
 use lamc_tests::random::Random;
 use lamc_tests::sheets::miura;
 use lamc_tests::{EXAMPLES, compile, compile_text, designs, largest, workspace};
@@ -51,6 +51,44 @@ fn of_the_designs() {
     for design in designs() {
         check(design.name, &design.compiled);
     }
+}
+
+/// Closed states are as near to the guess as joints within half a turn allow: moved a little along the closure, in any direction,
+/// they are further from it. Where all plates lie on each other, no small move shows what is near.
+#[test]
+fn no_closed_state_beside_is_nearer() {
+    let system = Interpreter::new(&compile(&workspace().join("examples/sixbar.yaml")).program);
+    let (n, half_turn) = (system.dimensions().coordinates, TAU / 2.0);
+    let mut workspace = system.workspace();
+    let mut random = Random::new(89);
+    let (mut compared, mut at_ends) = (0, 0);
+    for _ in 0..100 {
+        let guess: Vec<f64> = (0..n).map(|_| random.range(-half_turn, half_turn)).collect();
+        let distance = |q: &[f64]| q.iter().zip(&guess).map(|(q, g)| (q - g).powi(2)).sum::<f64>();
+        let mut q = guess.clone();
+        let Ok(found) = assemble(&system, 0.0, &mut q, &vec![false; n], &mut workspace) else {
+            continue;
+        };
+        if q.iter().all(|q| q.sin().abs() < 0.01) {
+            continue;
+        }
+        assert!(found.iterations < 500, "{guess:?}: {found:?}");
+        compared += 1;
+        at_ends += usize::from(q.iter().any(|q| q.abs() >= half_turn));
+        for reach in [1e-1, 1e-2, 1e-3].repeat(30) {
+            let mut beside: Vec<f64> = q.iter().map(|q| q + reach * random.normal()).collect();
+            let mut u = vec![0.0; n];
+            if project(&system, 0.0, &mut beside, &mut u, &mut workspace).is_err()
+                || beside.iter().any(|q| q.abs() > half_turn)
+            {
+                continue;
+            }
+            let nearer = distance(&q) - distance(&beside);
+            assert!(nearer < 1e-6, "{guess:?}: {q:?}, {beside:?} is nearer by {nearer:e}");
+        }
+    }
+    println!("{compared}, {at_ends} of them with joints at half a turn");
+    assert!(compared > 90 && at_ends > 30);
 }
 
 /// A four-bar of unequal lengths whose limits leave no room: the loop, how far it stays open, and

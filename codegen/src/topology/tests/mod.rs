@@ -1,5 +1,6 @@
 //! Trees, loops and mobilities of mechanisms known from the literature.
 
+mod choice;
 mod classes;
 mod inertia;
 mod known;
