@@ -214,7 +214,7 @@ impl<Y: Mechanism> Rodas<Y> {
             add_scaled(speed, weight, speeds_before[earlier].as_ref());
         }
         derivatives.solve(
-            (system, start.q.as_ref()),
+            (system, start.t, start.q.as_ref()),
             ahead,
             [position, speed],
             sum.as_mut(),

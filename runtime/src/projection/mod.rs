@@ -124,28 +124,60 @@ pub(crate) fn project_stage<Y: Mechanism>(
     Ok(())
 }
 
-/// Of speeds v, those along the closure that are nearest in the metric of M, in their place: by the system's own elimination at q, as far
-/// as that can be trusted. Without driven joints.
-pub(crate) fn along_closure<Y: Mechanism>(
-    system: &Y,
-    q: &[Y::Scalar],
-    v: &mut [Y::Scalar],
-    mut workspace: &mut [Y::Scalar],
-) -> Result<Trust<Y::Scalar>, Error> {
-    let dimensions = system.dimensions();
-    let Dimensions { speeds: n, loops, .. } = dimensions;
-    let residual = split(&mut workspace, 9 * loops)?;
-    let (positions, speeds) = (split(&mut workspace, n)?, split(&mut workspace, n)?);
-    let out = ProjectionMut { residual, positions, speeds: &mut *speeds };
-    let trust = match suitable(system) {
-        Some(reduction) => {
-            let mut correction = Correction::of(system, reduction, &mut &mut *workspace)?;
-            correction.write(system, (Y::Scalar::ZERO, q, v), out)?
-        }
-        None => Trust::of(dimensions, system.write_projection(q, v, out)?),
-    };
-    subtract(v, speeds)?;
-    Ok(trust)
+/// The directions along the closure at a state, in which driven joints stand still: by the system's own elimination, as far as that can
+/// be trusted.
+pub(crate) struct AlongClosure<'a, S> {
+    correction: Option<Correction<'a, S>>,
+    residual: &'a mut [S],
+    positions: &'a mut [S],
+    across: &'a mut [S],
+}
+
+impl<'a, S: Scalar> AlongClosure<'a, S> {
+    /// Room for it.
+    pub fn of<Y: Mechanism<Scalar = S>>(
+        system: &'a Y,
+        mut workspace: &'a mut [S],
+    ) -> Result<Self, Error> {
+        let Dimensions { speeds: n, loops, .. } = system.dimensions();
+        let reduction = suitable(system);
+        Ok(Self {
+            residual: split(&mut workspace, 9 * loops)?,
+            positions: split(&mut workspace, n)?,
+            across: split(&mut workspace, n)?,
+            correction: match reduction {
+                Some(reduction) => Some(Correction::of(system, reduction, &mut workspace)?),
+                None => None,
+            },
+        })
+    }
+
+    /// In place of speeds v, writes those along the closure that are nearest in the metric of M; returns how far that can be
+    /// trusted. The state (t, q) is the same in each call.
+    pub fn nearest<Y: Mechanism<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        (t, q, v): (S, &[S], &mut [S]),
+    ) -> Result<Trust<S>, Error> {
+        let Self { correction, residual, positions, across } = self;
+        let dimensions = system.dimensions();
+        let trust = match correction {
+            Some(correction) => correction.write_along(system, (t, q, v), [residual, across])?,
+            None if dimensions.drives > 0 => return Ok(Trust::Doubtful),
+            None => {
+                let out = ProjectionMut { residual, positions, speeds: across };
+                Trust::of(dimensions, system.write_projection(q, v, out)?)
+            }
+        };
+        subtract(v, across)?;
+        Ok(trust)
+    }
+
+    /// The number of independent conditions on the speeds, after the first call.
+    pub fn conditions<Y: Mechanism<Scalar = S>>(&self, system: &Y) -> usize {
+        let rank = system.dimensions().rank;
+        self.correction.as_ref().map_or(rank, |correction| correction.rank(system))
+    }
 }
 
 /// With a decision on the rank. Much code, seldom needed: not to be inlined.

@@ -73,6 +73,47 @@ impl<'a, S: Scalar> Correction<'a, S> {
     ) -> Result<Trust<S>, Error> {
         let ProjectionMut { mut residual, positions, speeds } = out;
         let of_loops = split(&mut residual, 9 * system.dimensions().loops)?;
+        let trust = self.eliminate(system, (q, u), of_loops)?;
+        if trust == Trust::Doubtful {
+            return Ok(trust);
+        }
+        let mut of_drives = residual.iter_mut();
+        let size = system.size();
+        let of = |values: &[S], joint: usize| values.get(joint).copied().unwrap_or(S::ZERO);
+        system.drives(t, |drive| {
+            if let Some(residual) = of_drives.next() {
+                *residual = size * (of(q, drive.joint) - drive.position);
+            }
+        });
+        let too_far = |drive: &Drive<S>| of(q, drive.joint) - drive.position;
+        let too_fast = |drive: &Drive<S>| of(u, drive.joint) - drive.speed;
+        let is_solved = self.correct((system, t), Of::Positions, positions, too_far)?
+            && self.correct((system, t), Of::Speeds, speeds, too_fast)?;
+        Ok(if is_solved { trust } else { Trust::Doubtful })
+    }
+
+    /// Writes what is to be taken from v, rad/s, so that it is a motion along the closure in which driven joints stand still; returns how far
+    /// that can be trusted. The residuals, 9 L, come with it.
+    pub fn write_along<Y: Mechanism<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        (t, q, v): (S, &[S], &[S]),
+        [residual, across]: [&mut [S]; 2],
+    ) -> Result<Trust<S>, Error> {
+        let trust = self.eliminate(system, (q, v), residual)?;
+        let moves = |drive: &Drive<S>| v.get(drive.joint).copied().unwrap_or(S::ZERO);
+        let is_solved =
+            trust != Trust::Doubtful && self.correct((system, t), Of::Speeds, across, moves)?;
+        Ok(if is_solved { trust } else { Trust::Doubtful })
+    }
+
+    /// Eliminates the closure at a state, and writes the residuals of the loops, 9 L; returns how far it can be trusted.
+    fn eliminate<Y: Mechanism<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        (q, u): (&[S], &[S]),
+        of_loops: &mut [S],
+    ) -> Result<Trust<S>, Error> {
         let openings = self.openings.each_mut().map(|opening| &mut **opening);
         self.reduction.parts.write_projection(q, u, self.terms.write(), of_loops, openings)?;
         let mut eliminated = self.inertia.eliminate(&self.terms)?;
@@ -89,19 +130,7 @@ impl<'a, S: Scalar> Correction<'a, S> {
             },
         };
         self.known = Some(trust);
-        let mut of_drives = residual.iter_mut();
-        let size = system.size();
-        let of = |values: &[S], joint: usize| values.get(joint).copied().unwrap_or(S::ZERO);
-        system.drives(t, |drive| {
-            if let Some(residual) = of_drives.next() {
-                *residual = size * (of(q, drive.joint) - drive.position);
-            }
-        });
-        let too_far = |drive: &Drive<S>| of(q, drive.joint) - drive.position;
-        let too_fast = |drive: &Drive<S>| of(u, drive.joint) - drive.speed;
-        let is_solved = self.correct((system, t), Of::Positions, positions, too_far)?
-            && self.correct((system, t), Of::Speeds, speeds, too_fast)?;
-        Ok(if is_solved { trust } else { Trust::Doubtful })
+        Ok(trust)
     }
 
     /// Leaves out the rows along whose directions Newton's method does not find its way, where there are some; returns how far the
