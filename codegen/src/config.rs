@@ -123,8 +123,8 @@ impl Config {
     }
 
     /// Cuts loops at these joints. By default loops are cut where the equations take the fewest operations, of the places that the
-    /// compiler compares. It changes how many operations the equations take (see the module's header), not the
-    /// motion.
+    /// compiler compares. It changes how many operations the equations take (see the module's header), and may
+    /// change how a guess that is far from closed is assembled, not the motion.
     #[must_use]
     pub fn cut<N: Into<String>>(mut self, joints: impl IntoIterator<Item = N>) -> Self {
         self.cuts.extend(joints.into_iter().map(Into::into));

@@ -280,6 +280,10 @@ constants! {
     /// Limit on how often a step along the closure is shortened.
     SLIDING_TRIALS: usize = 6;
 
+    /// Joints that a step leads out of their limits by this share of the joint furthest out are led to their limits with it; in each
+    /// further pass by this share of the share before.
+    SLIDING_EXCESS: f64 = 0.9;
+
     /// A step along the closure that leads away from the guess is shortened to this share.
     SLIDING_DECREASE: f64 = 0.3;
 

@@ -58,20 +58,18 @@ pub struct Topology {
     pub is_shaky: bool,
     /// Warnings (near misses, immobile loops).
     pub warnings: Diagnostics,
-    /// How the tree was chosen; nothing if there was none to compare it with.
+    /// What the tree was compared with; nothing if it was not compared.
     pub comparison: Option<Comparison>,
 }
 
-/// Why a tree was chosen: no other that was compared is cheaper.
+/// What trees cost that were derived: operations of an acceleration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Comparison {
-    /// How many trees there are to choose from.
-    pub trees: usize,
-    /// How many of them were derived and compared by the operations of an acceleration; with one, all were compared by estimates.
+    /// How many trees were derived.
     pub derived: usize,
-    /// Cost of the chosen tree: operations of an acceleration, or its estimate.
+    /// Operations of the chosen tree: none of the others has fewer.
     pub chosen: usize,
-    /// The same of the plain tree, which a breadth-first walk finds.
+    /// Operations of the breadth-first tree.
     pub plain: usize,
 }
 

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! closing again after each step. Joints stay within their limits, within half a turn where there are
-//! none: one at its limit that would leave is held while the loops are closed, and one that would leave in a slide
-//! moves to its limit. If a guess does not lead to a closed state, it is perturbed, always in the same way. After J. Nocedal
+//! none: one at its limit that would leave is held while the loops are closed, and those that would leave in a slide
+//! move to their limits, those furthest out first. If a guess does not lead to a closed state, it is perturbed, always in the same way. After J. Nocedal
 //! and S. Wright, "Numerical Optimization", 10.3 and 16.7; D. P. Bertsekas, "Projected Newton methods for optimization problems
 //! with simple constraints", 1982; the damping proportional to |r| after J.
 //! Fan and Y. Yuan, "On the quadratic convergence of the Levenberg-Marquardt method without

@@ -4,7 +4,8 @@ use super::{Search, clamp, limits};
 use crate::constants::{
     CLOSING_STEPS, CLOSING_TRIALS, DAMPING_DECREASE, DAMPING_INCREASE, DAMPING_RESTART,
     FIRST_DAMPING, LEAST_DAMPING, LONGEST_SLIDE, LONGEST_STEP, SHORTEST_SLIDE, SINGULAR_INCREASE,
-    SLIDING_DAMPING, SLIDING_DECREASE, SLIDING_STEPS, SLIDING_TRIALS, SLOW_RATIO, SLOW_STEPS,
+    SLIDING_DAMPING, SLIDING_DECREASE, SLIDING_EXCESS, SLIDING_STEPS, SLIDING_TRIALS, SLOW_RATIO,
+    SLOW_STEPS,
 };
 use crate::linear::{
     add_scaled, backward, copy, diagonal, dot, factor, forward, leading_zeros, max_abs, set_scaled,
@@ -219,7 +220,8 @@ impl<Y: Mechanism> Search<'_, Y> {
         for (direction, free) in self.free.iter_mut().enumerate() {
             *free = if held(direction) { Y::Scalar::ZERO } else { Y::Scalar::ONE };
         }
-        // Each pass leads the joints that would leave their limits to these; few ever do.
+        // Each pass leads further joints to their limits. Later ones are less particular, so that there are few.
+        let mut nearly = Y::Scalar::ONE;
         for _ in 0..=n {
             self.system.write_difference(q, self.guess, self.across);
             let places = self.across.iter_mut().zip(&*self.step).zip(&*self.free).enumerate();
@@ -248,19 +250,35 @@ impl<Y: Mechanism> Search<'_, Y> {
                 add_scaled(self.across, Y::Scalar::ONE, self.step);
             }
             copy(self.step, self.across)?;
-            let mut leaves = false;
-            for (direction, (free, &way)) in self.free.iter_mut().zip(&*self.step).enumerate() {
-                let leads_out = bounded(direction, way, share, q, [self.lower, self.upper]) != way;
-                if *free != Y::Scalar::ZERO && leads_out {
-                    *free = Y::Scalar::ZERO;
-                    leaves = true;
-                }
-            }
-            if !leaves {
+            nearly *= Y::Scalar::from_f64(SLIDING_EXCESS);
+            if !self.stop_furthest(q, share, nearly) {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Joints that a `share` of the step leads out of their limits are not free, if they are `nearly` as far out as the furthest: the
+    /// other ones may stay within theirs then. Returns whether there are some.
+    fn stop_furthest(&mut self, q: &[Y::Scalar], share: Y::Scalar, nearly: Y::Scalar) -> bool {
+        let Self { step, free, lower, upper, .. } = self;
+        let out = |direction: usize, way: Y::Scalar| {
+            (way - bounded(direction, way, share, q, [lower, upper])).abs()
+        };
+        let moves = || step.iter().copied().enumerate();
+        let mut furthest = Y::Scalar::ZERO;
+        for ((direction, way), &free) in moves().zip(&**free) {
+            furthest = furthest.max(free * out(direction, way));
+        }
+        if !(furthest > Y::Scalar::ZERO) {
+            return false;
+        }
+        for ((direction, way), free) in moves().zip(&mut **free) {
+            if out(direction, way) >= nearly * furthest {
+                *free = Y::Scalar::ZERO;
+            }
+        }
+        true
     }
 }
 

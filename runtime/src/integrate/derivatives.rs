@@ -185,7 +185,9 @@ impl<Y: Mechanism> Derivatives<Y> {
         for (column, product) in columns.zip(products.chunks_exact_mut(d.max(1))) {
             let v = direction.as_mut();
             copy(v, column)?;
-            along.nearest(system, (t, q, v))?;
+            if along.nearest(system, (t, q, v))? == Trust::Doubtful {
+                return Ok(None);
+            }
             for (product, basis) in product.iter_mut().zip(basis.chunks_exact(n)) {
                 *product = dot(basis, v);
             }
@@ -270,7 +272,8 @@ impl<Y: Mechanism> Derivatives<Y> {
         reflect(matrix, diagonal)
     }
 
-    /// The right-hand sides of a stage, r, become its solution, with derivatives at (t, q); N numbers of `room` are lost.
+    /// The right-hand sides of a stage, r, become its solution, at (t, q); N numbers of `room` are lost. Derivatives that were taken further
+    /// along the motion may know the closure where (t, q) does not: then r is not projected, which the error of the step shows.
     pub fn solve(
         &self,
         (system, t, q): (&Y, Y::Scalar, &[Y::Scalar]),

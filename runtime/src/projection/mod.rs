@@ -153,7 +153,7 @@ impl<'a, S: Scalar> AlongClosure<'a, S> {
     }
 
     /// In place of speeds v, writes those along the closure that are nearest in the metric of M; returns how far that can be
-    /// trusted. The state (t, q) is the same in each call.
+    /// trusted. Where it cannot, v stays. The state (t, q) is the same in each call.
     pub fn nearest<Y: Mechanism<Scalar = S>>(
         &mut self,
         system: &Y,
@@ -169,7 +169,9 @@ impl<'a, S: Scalar> AlongClosure<'a, S> {
                 Trust::of(dimensions, system.write_projection(q, v, out)?)
             }
         };
-        subtract(v, across)?;
+        if trust != Trust::Doubtful {
+            subtract(v, across)?;
+        }
         Ok(trust)
     }
 

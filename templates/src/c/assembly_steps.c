@@ -169,15 +169,24 @@ static real bounded(const struct search *search, int joint, real angle, real way
     return way;
 }
 
+/* By how much a share of the step leads a joint out of its limits, as a part of the whole step. */
+static real excess(const struct search *search, int joint, real angle, real share)
+{
+    const real way = search->step[joint];
+    return magnitude(way - bounded(search, joint, angle, way, share));
+}
+
 /* The step towards the guess g that keeps q closed to first order: g - q less its part J^+ (r + J (g - q))
  * across the closure. A share of it ends within the limits. */
 static void set_tangent(struct search *search, const real *q, real share, const unsigned char *held)
 {
+    real nearly = 1;
     for (int i = 0; i < SPEEDS; i++)
         search->free[i] = is_held(held, i) ? 0 : 1;
-    /* Each round leads the joints that would leave their limits to these; few ever do. */
-    for (int round = 0, leaves = 1; round <= SPEEDS && leaves; round++) {
-        leaves = 0;
+    /* Each round leads further joints to their limits: the one furthest out of them, and those nearly as far. The others
+     * may stay within theirs then. Later rounds are less particular, so that there are few. */
+    for (int round = 0; round <= SPEEDS; round++) {
+        real furthest = 0;
 #if FREE_COUNT > 0
         write_difference(q, search->guess, search->trial);
 #else
@@ -204,13 +213,15 @@ static void set_tangent(struct search *search, const real *q, real share, const 
             add_scaled(search->trial, 1, search->step, SPEEDS);
         }
         copy(search->step, search->trial, SPEEDS);
-        for (int i = 0; i < SPEEDS; i++) {
-            const real way = search->step[i];
-            if (search->free[i] != 0 && bounded(search, i, q[i], way, share) != way) {
+        for (int i = 0; i < SPEEDS; i++)
+            if (search->free[i] != 0)
+                furthest = larger(furthest, excess(search, i, q[i], share));
+        if (!(furthest > 0))
+            break;
+        nearly *= SLIDING_EXCESS;
+        for (int i = 0; i < SPEEDS; i++)
+            if (search->free[i] != 0 && excess(search, i, q[i], share) >= nearly * furthest)
                 search->free[i] = 0;
-                leaves = 1;
-            }
-        }
     }
 }
 

@@ -15,11 +15,11 @@ use std::path::Path;
 use lamc::program::Interpreter;
 use lamc::source::Expression;
 use lamc::topology::{LoopClass, Node, Topology};
-use lamc_runtime::{Integrator, Mechanism, State, acceleration};
+use lamc_runtime::{Integrator, Mechanism, acceleration};
 use lamc_tests::chain::chain;
 use lamc_tests::random::{Random, closed_state, closed_state_about};
 use lamc_tests::sheets::{miura, yoshimura};
-use lamc_tests::{compile, dopri5};
+use lamc_tests::{compile, dopri5, largest};
 use lamc_workbench::execution::Jit;
 use nalgebra::Matrix3;
 use serde_json::{Value, json};
@@ -27,6 +27,9 @@ use serde_json::{Value, json};
 /// The motion of a robot on the ground is looked at so many times, and so often, s.
 const SAMPLES: u32 = 400;
 const SAMPLE: f64 = 1e-3;
+
+/// Share of the largest acceleration below which a robot is at rest.
+const AT_REST: f64 = 1e-3;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -83,7 +86,8 @@ fn export(path: &Path, states: usize) -> Value {
     model
 }
 
-/// A robot and its contact points, in states of its motion in which at least one of them touches.
+/// A robot and its contact points, in states of its motion in which at least one of them touches, and which are not at rest: there,
+/// an acceleration is what rounding leaves of forces that cancel.
 fn contacts(path: &Path, states: usize) -> Value {
     let compiled = compile(path);
     let topology = &compiled.topology;
@@ -105,6 +109,7 @@ fn contacts(path: &Path, states: usize) -> Value {
     let system = Jit::new(&compiled.program);
     let mut forces = vec![0.0; 6 * contact.points.len()];
     let mut touching = Vec::new();
+    let mut workspace = system.workspace();
     let mut state = system.assembled().unwrap_or_else(|error| panic!("{error}"));
     for sample in 1..=SAMPLES {
         let end = f64::from(sample) * SAMPLE;
@@ -113,24 +118,28 @@ fn contacts(path: &Path, states: usize) -> Value {
             .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         system.write_contacts(state.t, &state.q, &state.u, &mut forces).expect("its own length");
         if forces.chunks(6).any(|point| point[3..] != [0.0; 3]) {
-            touching.push((state.clone(), forces.clone()));
+            let mut rates = state.u.clone();
+            acceleration(&system, 0.0, &state.q, &state.u, &mut workspace, &mut rates)
+                .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            touching.push(json!({
+                "q": state.q, "u": state.u, "acceleration": rates, "contacts": forces
+            }));
         }
     }
+    let size = |row: &Value| {
+        let rates = row["acceleration"].as_array().expect("written above");
+        largest(rates.iter().filter_map(Value::as_f64))
+    };
+    let most = largest(touching.iter().map(size));
+    touching.retain(|row| size(row) > AT_REST * most);
     assert!(
         touching.len() >= states,
         "{}: it touches in {} states only",
         path.display(),
         touching.len()
     );
-    let mut workspace = system.workspace();
-    let mut row = |(state, contacts): &(State<Vec<f64>, f64>, Vec<f64>)| {
-        let mut rates = state.u.clone();
-        acceleration(&system, 0.0, &state.q, &state.u, &mut workspace, &mut rates)
-            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        json!({ "q": state.q, "u": state.u, "acceleration": rates, "contacts": contacts })
-    };
     let every = touching.len() / states;
-    model["states"] = touching.iter().step_by(every).take(states).map(&mut row).collect();
+    model["states"] = touching.into_iter().step_by(every).take(states).collect();
     model
 }
 

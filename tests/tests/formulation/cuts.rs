@@ -13,7 +13,7 @@ fn rates(system: &Interpreter, q: &[f64], u: &[f64]) -> Vec<f64> {
     rates
 }
 
-/// Every joint of a model as the place of a cut, against the walk's own choice; how many joints
+/// Every joint of a model as the place of a cut, against the compiler's own choice; how many joints
 /// could be one.
 fn check(text: &str, seed: u64) -> usize {
     let file = SourceFile { path: "model.yaml".into(), text: text.into() };

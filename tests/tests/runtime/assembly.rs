@@ -53,42 +53,98 @@ fn of_the_designs() {
     }
 }
 
-/// Closed states are as near to the guess as joints within half a turn allow: moved a little along the closure, in any direction,
-/// they are further from it. Where all plates lie on each other, no small move shows what is near.
+/// A plane loop of five joints with these limits, deg.
+fn five_bar(limits: [Option<[f64; 2]>; 5]) -> String {
+    let joints = [
+        ("a", "[base, A]", "0", 0.0),
+        ("b", "[A, B]", "0", 20.0),
+        ("c", "[B, C]", "20", 40.0),
+        ("d", "[C, D]", "40", 20.0),
+        ("e", "[D, base]", "40", 0.0),
+    ];
+    let mut text =
+        "units: { length: mm, angle: deg }\nbodies:\n  base: { fixed: true }\n".to_owned();
+    for (body, x, z) in [("A", 0, 10), ("B", 10, 30), ("C", 30, 30), ("D", 40, 10)] {
+        text += &format!(
+            "  {body}: {{ mass: 1 g, com: [{x}, 5, {z}], inertia: [[1e-7, 0, 0], [0, 1e-7, 0], [0, 0, 1e-7]] }}\n"
+        );
+    }
+    text += "joints:\n";
+    for ((name, bodies, x, z), limits) in joints.into_iter().zip(limits) {
+        let limits =
+            limits.map_or(String::new(), |[low, high]| format!(", limits: [{low}, {high}]"));
+        text += &format!(
+            "  {name}: {{ bodies: {bodies}, axis: [[{x}, 0], [{x}, 10]], z: {z}{limits} }}\n"
+        );
+    }
+    text
+}
+
+/// Closed states are as near to the guess as limits allow: moved a little along the closure, in any direction, they are further from
+/// it. Where all plates lie on each other, no small move shows what is near.
 #[test]
 fn no_closed_state_beside_is_nearer() {
-    let system = Interpreter::new(&compile(&workspace().join("examples/sixbar.yaml")).program);
-    let (n, half_turn) = (system.dimensions().coordinates, TAU / 2.0);
-    let mut workspace = system.workspace();
-    let mut random = Random::new(89);
-    let (mut compared, mut at_ends) = (0, 0);
-    for _ in 0..100 {
-        let guess: Vec<f64> = (0..n).map(|_| random.range(-half_turn, half_turn)).collect();
-        let distance = |q: &[f64]| q.iter().zip(&guess).map(|(q, g)| (q - g).powi(2)).sum::<f64>();
-        let mut q = guess.clone();
-        let Ok(found) = assemble(&system, 0.0, &mut q, &vec![false; n], &mut workspace) else {
-            continue;
-        };
-        if q.iter().all(|q| q.sin().abs() < 0.01) {
-            continue;
-        }
-        assert!(found.iterations < 500, "{guess:?}: {found:?}");
-        compared += 1;
-        at_ends += usize::from(q.iter().any(|q| q.abs() >= half_turn));
-        for reach in [1e-1, 1e-2, 1e-3].repeat(30) {
-            let mut beside: Vec<f64> = q.iter().map(|q| q + reach * random.normal()).collect();
-            let mut u = vec![0.0; n];
-            if project(&system, 0.0, &mut beside, &mut u, &mut workspace).is_err()
-                || beside.iter().any(|q| q.abs() > half_turn)
-            {
+    let limits = [
+        [None; 5],
+        [Some([-10.0, 60.0]), None, Some([-150.0, 10.0]), None, Some([-5.0, 20.0])],
+        [Some([-30.0, 30.0]), Some([-40.0, 40.0]), None, Some([-40.0, 40.0]), Some([-30.0, 30.0])],
+        [Some([-90.0, 5.0]), None, None, Some([-60.0, 60.0]), Some([-5.0, 90.0])],
+    ];
+    let mut models = vec![compile(&workspace().join("examples/sixbar.yaml"))];
+    models.extend(limits.map(|limits| compile_text(&five_bar(limits))));
+    for compiled in models {
+        let system = Interpreter::new(&compiled.program);
+        let ranges: Vec<[f64; 2]> = (0..system.dimensions().joints)
+            .map(|joint| system.limits(joint))
+            .map(|[low, high]| [low.max(-TAU / 2.0), high.min(TAU / 2.0)])
+            .collect();
+        let mut random = Random::new(89);
+        let (mut compared, mut at_limits, mut not_nearest) = (0, 0, 0);
+        for _ in 0..100 {
+            let guess: Vec<f64> =
+                ranges.iter().map(|&[low, high]| random.range(low, high)).collect();
+            let mut q = guess.clone();
+            let pinned = vec![false; q.len()];
+            let Ok(found) = assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()) else {
+                continue;
+            };
+            if q.iter().all(|q| q.sin().abs() < 0.01) {
                 continue;
             }
-            let nearer = distance(&q) - distance(&beside);
-            assert!(nearer < 1e-6, "{guess:?}: {q:?}, {beside:?} is nearer by {nearer:e}");
+            assert!(found.iterations < 2000, "{guess:?}: {found:?}");
+            compared += 1;
+            at_limits += usize::from(q.iter().zip(&ranges).any(|(q, ends)| ends.contains(q)));
+            let distance = |q: &[f64]| square(q, &guess);
+            let mut beside = || closed_beside(&system, &q, &ranges, &mut random);
+            let nearer =
+                (0..200).filter_map(|_| beside()).any(|it| distance(&it) < distance(&q) - 1e-6);
+            not_nearest += usize::from(nearer);
         }
+        println!("{compared}, {at_limits} with joints at limits, {not_nearest} not nearest");
+        assert!(compared > 80 && at_limits > 20 && not_nearest == 0);
     }
-    println!("{compared}, {at_ends} of them with joints at half a turn");
-    assert!(compared > 90 && at_ends > 30);
+}
+
+/// The square of the distance of two states, rad^2.
+fn square(q: &[f64], other: &[f64]) -> f64 {
+    q.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum()
+}
+
+/// A closed state a little beside another one, if the limits allow it.
+fn closed_beside(
+    system: &Interpreter,
+    q: &[f64],
+    ranges: &[[f64; 2]],
+    random: &mut Random,
+) -> Option<Vec<f64>> {
+    let reach = random.range(1e-3, 3e-2);
+    let moved = q.iter().zip(ranges);
+    let mut q: Vec<f64> =
+        moved.map(|(q, &[low, high])| (q + reach * random.normal()).clamp(low, high)).collect();
+    let mut u = vec![0.0; q.len()];
+    project(system, 0.0, &mut q, &mut u, &mut system.workspace()).ok()?;
+    let is_within = q.iter().zip(ranges).all(|(q, [low, high])| (low..=high).contains(&q));
+    is_within.then_some(q)
 }
 
 /// A four-bar of unequal lengths whose limits leave no room: the loop, how far it stays open, and

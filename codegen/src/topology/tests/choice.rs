@@ -1,4 +1,4 @@
-//! The trees that are compared: in file order first, all others cheaper by their kind, and always the same.
+//! The trees that may be cheaper: the same for the same file, the one with the least estimate first.
 
 use super::{Hinge, hinge, mechanism};
 use crate::laminate::Mechanism;
