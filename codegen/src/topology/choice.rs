@@ -4,7 +4,7 @@
 //! rounding. What a tree costs depends on how far its bodies are from the root, because motions and forces are carried
 //! from body to body, and on how many bodies have none beyond them: where several joints follow one another, sums are shared. Measured on
 //! sheets of Miura-ori and of Yoshimura's pattern, a level more of one body costs some 20 operations of the acceleration,
-//! and a leaf more some 50 ([`estimate`]). That is good enough to tell which trees are worth deriving, not to choose one.
+//! and a leaf more some 50 (`estimate`). That is good enough to tell which trees are worth deriving, not to choose one.
 
 use std::collections::BTreeSet;
 
