@@ -66,7 +66,11 @@ pub(super) fn sum_of<S: Scalar, const W: usize>(
     x: &Block<S, W>,
     sum: &Block<S, W>,
 ) -> Block<S, W> {
-    core::array::from_fn(|lane| factor.mul_add(x[lane], sum[lane]))
+    let mut sum = *sum;
+    for (sum, &x) in sum.iter_mut().zip(x) {
+        *sum = factor.mul_add(x, *sum);
+    }
+    sum
 }
 
 /// The magnitude of the largest entry of each column.
@@ -112,6 +116,8 @@ pub(super) fn mirror<S: Scalar>(a: &mut [S], d: usize) -> Result<(), Error> {
 const TILE: usize = 4;
 
 /// N^T B, for N of d columns and B by branch, and the same of what follows the last column of N.
+// In a crate that is one unit of compilation, LLVM would inline it and then take its vectors apart.
+#[inline(never)]
 pub(super) fn products<S: Scalar, const W: usize>(
     reduction: &Reduction<'_, S>,
     d: usize,

@@ -296,7 +296,7 @@ fn factor_step<S: Scalar>(joints: &[u16; ROWS], rows: &mut [Step<S>], within: &m
 #[inline(always)]
 fn get<S: Scalar, const W: usize>(x: &[Block<S, W>], joint: u16) -> Block<S, W> {
     match x.get(usize::from(joint)) {
-        Some(row) => core::array::from_fn(|lane| row[lane]),
+        Some(row) => *row,
         None => [S::ZERO; W],
     }
 }

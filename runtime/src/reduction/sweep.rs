@@ -52,6 +52,8 @@ impl<'a, S: Scalar> Sweep<'a, S> {
     }
 
     /// Writes G x for each of some x, all by branch.
+    // Not inlined, as `products`.
+    #[inline(never)]
     pub fn half<const W: usize>(
         &mut self,
         branches: &[Branch],

@@ -211,7 +211,9 @@ impl<S: Scalar> Inertia<'_, S> {
         for (index, branch) in branches.iter().enumerate() {
             let mut sums = [S::ZERO; W];
             for (n, y) in rows.iter().skip(index).step_by(branches.len()).zip(y) {
-                sums = core::array::from_fn(|lane| n[lane].mul_add(y[lane], sums[lane]));
+                for ((sum, &n), &y) in sums.iter_mut().zip(n).zip(y) {
+                    *sum = n.mul_add(y, *sum);
+                }
             }
             if let Some(out) = out.get_mut(usize::from(branch.joint)) {
                 *out += total(&sums);
