@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 #[cfg(feature = "derive")]
 use crate::kane::{self, DeriveError, Equations};
 #[cfg(feature = "derive")]
-use crate::laminate::{self, Geometry};
+use crate::laminate::Geometry;
 #[cfg(feature = "derive")]
 use crate::lowering;
 use crate::program::{self, Program, ReadError};
@@ -23,8 +23,6 @@ use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFil
 #[cfg(feature = "derive")]
 use crate::symbolic::SessionError;
 use crate::topology::Topology;
-#[cfg(feature = "derive")]
-use crate::topology::choice::{self, Candidate};
 use crate::topology::range::{self, analysed};
 
 pub use output::{c_header, c_source, fmu_files, python_module, rust_module};
@@ -195,20 +193,15 @@ impl Read<'_> {
     /// # Errors
     /// As [`compile`].
     pub fn derive(&self, mut enter: impl FnMut(Stage, usize)) -> Result<Derived, CompileError> {
-        let joints = self.model.joints.len();
-        let mechanism = laminate::build(&self.model, &mut Diagnostics::default())?;
         let mut is_first = true;
-        let derive = |candidate: &Candidate| {
-            let model = SourceModel { cuts: candidate.cuts.clone(), ..self.model.clone() };
+        let mut derived = tree::cheapest(&self.model, |model| {
             let is_shown = std::mem::take(&mut is_first);
-            self.derive_cut(&model, |stage, joints| {
+            self.derive_cut(model, |stage, joints| {
                 if is_shown {
                     enter(stage, joints)
                 }
             })
-        };
-        let (plain, others) = choice::candidates(&mechanism)?;
-        let mut derived = tree::cheapest((&plain, &others), joints, derive)?;
+        })?;
         // A module repeats what the user asked for.
         if self.model.cuts.is_empty() {
             derived.program.interface.cuts.clear();

@@ -2,9 +2,10 @@
 //! whose acceleration takes the fewest operations is taken. Large ones have the breadth-first tree.
 
 use super::{CompileError, Derived};
+use crate::laminate;
 use crate::program::{FunctionKind, Program};
-use crate::topology::choice::Candidate;
-use crate::topology::{Comparison, Topology};
+use crate::source::{Diagnostics, SourceModel};
+use crate::topology::{Comparison, Topology, choice};
 
 /// Up to so many joints, trees are derived as well that are estimated to cost as much as the breadth-first one.
 const FEW_JOINTS: usize = 12;
@@ -15,21 +16,26 @@ const MOST_JOINTS: usize = 24;
 /// Most trees that are derived, the breadth-first one included.
 const MOST_DERIVED: usize = 3;
 
-/// Derives with the tree that costs least, of equal ones the first.
+/// Derives with the tree that costs least, of equal ones the first: `derive` cuts loops where its model says.
 pub(super) fn cheapest(
-    (plain, others): (&Candidate, &[Candidate]),
-    joints: usize,
-    mut derive: impl FnMut(&Candidate) -> Result<Derived, CompileError>,
+    model: &SourceModel,
+    mut derive: impl FnMut(&SourceModel) -> Result<Derived, CompileError>,
 ) -> Result<Derived, CompileError> {
-    let mut best = derive(plain)?;
+    let mut best = derive(model)?;
+    let joints = model.joints.len();
+    if joints > MOST_JOINTS || best.topology.loops.is_empty() {
+        return Ok(best);
+    }
+    let mechanism = laminate::build(model, &mut Diagnostics::default())?;
+    let (plain, others) = choice::candidates(&mechanism)?;
     let of_plain = operations(&best.program);
     let (mut least, mut derived) = (of_plain, 1);
-    let is_worth_it = |other: &&Candidate| match joints {
+    let others = others.into_iter().filter(|other| match joints {
         ..=FEW_JOINTS => other.estimate <= plain.estimate,
-        _ => joints <= MOST_JOINTS && other.estimate < plain.estimate,
-    };
-    for other in others.iter().filter(is_worth_it).take(MOST_DERIVED - 1) {
-        let found = match derive(other) {
+        _ => other.estimate < plain.estimate,
+    });
+    for other in others.take(MOST_DERIVED - 1) {
+        let found = match derive(&SourceModel { cuts: other.cuts, ..model.clone() }) {
             Ok(found) => found,
             // The model has no errors with the breadth-first tree, so that this tree is only less suitable.
             Err(CompileError::Model(_)) => continue,
