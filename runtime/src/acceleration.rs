@@ -342,7 +342,15 @@ pub(crate) fn write<Y: Mechanism>(
 
 /// Index of the first value that is not finite, in the first slice that has one: causes first,
 /// effects last.
+#[inline]
 pub(crate) fn not_finite<S: Scalar>(slices: &[&[S]]) -> Option<usize> {
+    // Without a branch for each number, several are looked at together.
+    let all = |values: &[S]| values.iter().fold(true, |all, value| all & value.is_finite());
+    if slices.iter().all(|values| all(values)) { None } else { first_not_finite(slices) }
+}
+
+#[cold]
+fn first_not_finite<S: Scalar>(slices: &[&[S]]) -> Option<usize> {
     slices.iter().find_map(|values| values.iter().position(|value| !value.is_finite()))
 }
 

@@ -278,8 +278,8 @@ pub trait Mechanism: Sized {
         Ok(None)
     }
 
-    /// How far the loops are open, and what closes them: M^-1 J^T (J M^-1 J^T)^-1 times the
-    /// residuals along the rows of J, and times J u, in straight-line code as
+    /// How far the loops are open, what is to be taken from q so that they close, to first order, and from u so that they stay
+    /// closed: the least change weighted with M, or with that of whole bodies, in straight-line code as
     /// [`write_acceleration`](Self::write_acceleration). Provided: there is no such code.
     ///
     /// # Errors

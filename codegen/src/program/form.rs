@@ -19,22 +19,27 @@ pub enum Form {
     Loops,
 }
 
-impl Form {
-    /// Whether C has a table for a function of this form.
-    pub fn is_table_in_c(self) -> bool {
-        matches!(self, Self::Tables | Self::Loops)
-    }
-}
-
 /// Operations of all functions of a module of several loops above which its functions are tables. rustc 1.95 needs 19 s for
 /// straight-line code of 68,000, a sheet of 6 x 6 plates.
 const LONG: usize = 40_000;
 
-/// Operations of the acceleration and of the projection, which every step calls, above which each is written as loops.
-/// Measured: see decision 81.
-const LONG_SOLUTION: usize = 45_000;
+/// Operations of the acceleration above which it is written as loops. Measured: see decision 81.
+const LONG_ACCELERATION: usize = 45_000;
+
+/// Operations of the projection above which it is written as loops. A step calls it once for several accelerations, and its code
+/// displaces theirs from the cache: see decision 81.
+const LONG_PROJECTION: usize = 28_000;
 
 impl Program {
+    /// Whether C has a table for a function. It has no loops, and statements up to the same length for accelerations and projections.
+    pub fn is_table_in_c(&self, kind: FunctionKind) -> bool {
+        match self.form(kind) {
+            Form::StraightLine | Form::Numbered => false,
+            Form::Loops => self.function_of(kind).cost().total() > LONG_ACCELERATION,
+            Form::Tables => true,
+        }
+    }
+
     /// Returns the form of a function. Mechanisms of at most one loop have straight-line code whatever their length.
     pub fn form(&self, kind: FunctionKind) -> Form {
         let operations = |function: &Function| function.cost().total();
@@ -42,16 +47,14 @@ impl Program {
         if self.interface.loops.len() < 2 || all <= LONG {
             return Form::StraightLine;
         }
-        let is_of_step = match kind {
-            FunctionKind::Acceleration | FunctionKind::Projection => true,
-            // Beside an acceleration of its own, a program needs them for stops alone.
-            FunctionKind::Reduction | FunctionKind::ProjectionReduction => !self.solves(),
-            _ => false,
+        let most = match kind {
+            FunctionKind::Acceleration => LONG_ACCELERATION,
+            FunctionKind::Projection => LONG_PROJECTION,
+            // Beside an acceleration of its own, a program needs them at stops and next to singular states only.
+            FunctionKind::Reduction if !self.solves() => LONG_ACCELERATION,
+            FunctionKind::ProjectionReduction if !self.solves() => LONG_PROJECTION,
+            _ => return Form::Tables,
         };
-        match (is_of_step, operations(self.function_of(kind)) <= LONG_SOLUTION) {
-            (true, true) => Form::Numbered,
-            (true, false) => Form::Loops,
-            _ => Form::Tables,
-        }
+        if operations(self.function_of(kind)) <= most { Form::Numbered } else { Form::Loops }
     }
 }

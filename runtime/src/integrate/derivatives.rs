@@ -5,7 +5,7 @@
 //! (1 / ahead - da/du - ahead da/dq) k_u = r_u + ahead da/dq r_q,    k_q = ahead (r_q + k_u)
 //! ```
 //!
-//! Of a mechanism of many joints and few freedoms d, whose own elimination finds the speeds along the closure that are nearest in the
+//! Of a mechanism of few freedoms d, whose own elimination finds the speeds along the closure that are nearest in the
 //! metric of M, P v, the stages take a at the nearest closed state. It changes along the closure only. With an orthonormal basis T of
 //! that, P = T T^T P, and
 //!
@@ -20,12 +20,12 @@
 use core::fmt;
 
 use super::{Stabilisation, accelerate_beside};
-use crate::constants::{FEW_SPEEDS, ORTHOGONAL_PASSES, Tolerance};
+use crate::constants::{ORTHOGONAL_PASSES, Tolerance};
 use crate::jacobian::{Differentiated, differentiate};
 use crate::linear::{add_scaled, copy, dot, max_abs, reflect, set_scaled, solve};
 use crate::noise::noise;
 use crate::plumbing::Dimensions;
-use crate::projection::AlongClosure;
+use crate::projection::{AlongClosure, is_in_code};
 use crate::rank::Fading;
 use crate::trust::Trust;
 use crate::{
@@ -38,9 +38,12 @@ use crate::{
 const BESIDE: Tolerance = Tolerance { constant: 6e-6, epsilons: 4e4 };
 /// The same in time, as a share of a step.
 const SHARE_OF_STEP: f64 = 1e-3;
-/// Joints for each freedom from which derivatives are taken along the closure: so few columns cost less than a dense matrix, which
-/// has the room for them. Of Yoshimura's pattern, 6 x 6 pairs of triangles have 4.6, 8 x 8 have 6.1.
+/// Joints for each freedom from which derivatives are taken along the closure, where the runtime eliminates it: so few columns cost less
+/// than a dense matrix. Of Yoshimura's pattern, 6 x 6 pairs of triangles have 4.6, 8 x 8 have 6.1.
 const JOINTS_OF_FREEDOM: usize = 5;
+/// The same where straight-line code projects, in the metric of whole bodies, of which dense derivatives know nothing: as few as a dense
+/// matrix has the room for.
+const JOINTS_OF_FREEDOM_IN_CODE: usize = 3;
 
 /// Where the acceleration of a stage is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +78,10 @@ impl Place {
             }
         }
     }
+}
+
+fn joints_of_freedom<Y: Mechanism>(system: &Y) -> usize {
+    if is_in_code(system) { JOINTS_OF_FREEDOM_IN_CODE } else { JOINTS_OF_FREEDOM }
 }
 
 /// Derivatives at a state, and the matrix of a step.
@@ -132,9 +139,8 @@ impl<Y: Mechanism> Derivatives<Y> {
         self.freedoms = None;
         // Of driven joints, some may follow from others.
         let least = n.saturating_sub(rank + drives);
-        if n > FEW_SPEEDS
-            && n > rank
-            && least * JOINTS_OF_FREEDOM <= n
+        if n > rank
+            && least * joints_of_freedom(system) <= n
             && let Some((d, is_rough)) = self.along_closure(system, state, workspace)?
         {
             self.by_time(system, state, step, workspace)?;
@@ -168,8 +174,8 @@ impl<Y: Mechanism> Derivatives<Y> {
     ) -> Result<Option<(usize, bool)>, Error> {
         let n = system.dimensions().speeds;
         let (t, q, u) = (state.t, state.q.as_ref(), state.u.as_ref());
-        acceleration_in_motion(system, t, q, u, workspace.as_mut(), self.acceleration.as_mut())?;
         let Some((d, is_rough)) = self.basis(system, state, workspace)? else { return Ok(None) };
+        acceleration_in_motion(system, t, q, u, workspace.as_mut(), self.acceleration.as_mut())?;
         let (basis, products) = self.matrix.as_mut().split_at_mut(d * n);
         let mut direction = system.speeds();
         for (k, v) in basis.chunks_exact(n).enumerate() {
@@ -213,7 +219,7 @@ impl<Y: Mechanism> Derivatives<Y> {
             let trust = along.nearest(system, (state.t, state.q.as_ref(), v))?;
             is_rough |= matches!(trust, Trust::Weak(pivot) if pivot < rough);
             d = n - along.conditions(system);
-            if trust == Trust::Doubtful || d * JOINTS_OF_FREEDOM > n {
+            if trust == Trust::Doubtful || d * joints_of_freedom(system) > n {
                 return Ok(None);
             }
             let (basis, rest) = self.matrix.as_mut().split_at_mut(k * n);

@@ -7,6 +7,9 @@
 //! "Geometric Numerical Integration", IV.4; E. Eich, "Convergence results for a coordinate
 //! projection method", 1993.
 //!
+//! A body at which loops are cut is in the tree several times. M of the equations gives each copy an equal share of its mass;
+//! straight-line code for independent speeds gives all of it to one. At speeds that keep the loops closed the energy is the same.
+//!
 //! Where no direction of the closure is weak, loops are closed to 1e-12 of the mechanism's size; next to
 //! a singular state, where a residual says little of the position, to rounding. How far off the
 //! directions themselves are is known there ([`rank`](crate::rank)), and speeds are corrected by no less
@@ -122,6 +125,11 @@ pub(crate) fn project_stage<Y: Mechanism>(
     let residual = closure.move_coordinates(system, q, false, previous)?;
     closure.move_speeds(system, u, Gap::of(system, residual))?;
     Ok(())
+}
+
+/// Whether projections are straight-line code, where they are not by a decision on the rank.
+pub(crate) fn is_in_code<Y: Mechanism>(system: &Y) -> bool {
+    suitable(system).is_none()
 }
 
 /// The directions along the closure at a state, in which driven joints stand still: by the system's own elimination, as far as that can
@@ -331,17 +339,14 @@ fn repeat<Y: Mechanism>(
     Ok(None)
 }
 
-/// `x -= y`, one number after the other: y comes fresh from single stores, which a wide load would
-/// have to wait for.
+/// `x -= y`.
 #[inline]
 fn subtract<S: Scalar>(x: &mut [S], y: &[S]) -> Result<(), Error> {
-    for (joint, (x, &y)) in x.iter_mut().zip(y).enumerate() {
-        *x -= y;
-        if !x.is_finite() {
-            return Err(Error::NotFinite { joint });
-        }
+    add_scaled(x, -S::ONE, y);
+    match not_finite(&[x]) {
+        Some(joint) => Err(Error::NotFinite { joint }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all

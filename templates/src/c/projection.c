@@ -4,7 +4,7 @@
  *     q -= M^-1 J^T (J M^-1 J^T)^+ r,  u -= M^-1 J^T (J M^-1 J^T)^+ J u
  *
  * The residual of a driven joint is its distance from its prescribed angle times the mechanism's size. The
- * same as in runtime/src/projection.rs. */
+ * same as in runtime/src/projection/. */
 #include "algorithms.h"
 
 /* The linearised closure and the metric. */

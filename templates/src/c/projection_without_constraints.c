@@ -1,6 +1,6 @@
 /* Projection of a mechanism without loops and driven joints: every finite state is one of its own.
  *
- * The same as in runtime/src/projection.rs. */
+ * The same as in runtime/src/projection/. */
 #include "algorithms.h"
 
 PRIVATE int close_state(real t, real *q, real *u, const parameters *p, const inputs *in)

@@ -138,6 +138,7 @@ fn modules_with_loops_accelerate_as_the_interpreter() {
     let compiled = compile_text(&yoshimura(8, 9));
     let program = &compiled.program;
     assert_eq!(program.form(FunctionKind::Reduction), Form::Loops);
+    assert_eq!(program.form(FunctionKind::ProjectionReduction), Form::Loops);
     let module = rust_module(&compiled, &Options::default()).unwrap();
     assert!(module.contains("mod loops"));
     let system = Interpreter::new(program);

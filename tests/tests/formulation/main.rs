@@ -25,6 +25,7 @@ mod near_flat;
 mod newton_euler;
 mod parameters;
 mod patterns;
+mod projections;
 mod reference;
 mod regressions;
 mod robots;

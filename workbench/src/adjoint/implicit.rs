@@ -1,4 +1,4 @@
-//! A step of RODASP ([`Rodas`](lamc_runtime::Rodas)) of given length, and its adjoint.
+//! A step of RODASP ([`Rodas`](lamc_runtime::Rodas)) of given length with dense derivatives, and its adjoint.
 //!
 //! With the stages k = (p, v) in q and u, W = 1 / (h gamma) - da/du - h gamma da/dq, and the right-hand sides r and s of a stage,
 //!

@@ -91,7 +91,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str
         .collect();
     let mut library: BTreeSet<_> = library_of_algorithms(&program.interface).collect();
     library.extend(ops.iter().filter_map(|&op| library_function(op)));
-    let is_table = |function: &&Function| program.form(function.kind).is_table_in_c();
+    let is_table = |function: &&Function| program.is_table_in_c(function.kind);
     let turns = ["sin", "cos"];
     if functions.iter().any(is_table) && turns.iter().any(|name| library.contains(name)) {
         // A table computes both.

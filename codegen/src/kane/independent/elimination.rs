@@ -135,6 +135,20 @@ impl Elimination {
         solution
     }
 
+    /// Returns what speeds u of the joints open: the p with J p = J u and zeros for the independent joints, u - N u_i.
+    pub fn opened(&self, binder: &mut Binder, reduction: &Reduction) -> Vec<Expr> {
+        let mut opened = vec![Expr::zero(); self.speeds];
+        for (Pivot { row, joint }, _) in &self.rows {
+            let along = reduction.independent.iter().zip(self.speeds_by(*joint));
+            let terms = along.map(|(independent, n)| n * &binder.speed(independent.index()));
+            let rest = terms.fold(binder.speed(joint.index()), |rest, term| &rest - &term);
+            let name = format!("opened_{}", binder.speed_name(joint.index()));
+            let section = Section::closure(self.loops[*row], Phase::DependentPart);
+            opened[joint.index()] = binder.bind(section, name, rest);
+        }
+        opened
+    }
+
     /// Returns p + `sign` N y.
     pub fn combined(
         &self,

@@ -13,11 +13,12 @@
 //! f - M p is one pass of inverse dynamics at du/dt = p (J. Wittenburg, "Dynamics of Multibody Systems",
 //! 2008, 5.5; for the choice of y R. A. Wehage, E. J. Haug, "Generalized coordinate partitioning for
 //! dimension reduction in analysis of constrained dynamic systems", 1982). The cut bodies are whole here:
-//! a joint that closes a loop carries only its own torque. What closes the loops, to be taken from q or u,
-//! is the x with J x = b for which x^T M x is least:
+//! a joint that closes a loop carries only its own torque. A projection takes from q and u the x with J x = r and J x = J u for which
+//! x^T M x is least, M being that of whole bodies. Of u, p needs no rows of J: it is what the dependent joints have beside the u_i of the
+//! independent ones.
 //!
 //! ```text
-//! x = p - N y,    N^T M N y = N^T M p
+//! x = p - N y,    N^T M N y = N^T M p          J p = r,    or    p = u - N u_i
 //! ```
 
 mod elimination;
@@ -81,13 +82,18 @@ impl IndependentSpeeds {
     ) -> Self {
         let elimination = elimination.with_null_space(binder, reduction);
         match binder.mechanism().free.is_empty() {
-            true => Self::of_joints(binder, phases, &elimination),
-            false => Self::with_free_bodies(binder, phases, &elimination),
+            true => Self::of_joints(binder, phases, reduction, &elimination),
+            false => Self::with_free_bodies(binder, phases, reduction, &elimination),
         }
     }
 
-    fn of_joints(binder: &mut Binder, phases: &Phases, elimination: &Elimination) -> Self {
-        let Phases { frames, kinematics, inertias: shared, closure, .. } = phases;
+    fn of_joints(
+        binder: &mut Binder,
+        phases: &Phases,
+        reduction: &Reduction,
+        elimination: &Elimination,
+    ) -> Self {
+        let Phases { frames, kinematics, closure, .. } = phases;
         let inertias = Inertias::of_whole_bodies(binder, frames);
         let inertia = Inertia::new(binder, kinematics, &inertias, &elimination.null_space);
         let given = elimination.solve(binder, &opening(closure), "given");
@@ -98,23 +104,27 @@ impl IndependentSpeeds {
         let trust = trust(binder, elimination);
         let margin = |least: Expr| [least].into_iter().chain(trust.clone()).collect();
         let of_accelerations = margin(inertia.factor.least_inverse_pivot(binder));
-        // The metric of a projection is that of M, also where the loops are open.
         let Metric { products, factor } =
-            Metric::new(binder, kinematics, shared, &elimination.null_space);
-        let mut correct = |wanted: &[Expr], name: &str| {
-            let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
-            let reduced = transposed(&products, &given);
-            let y = factor.solve(binder, reduced, &format!("along_{name}"));
-            elimination.combined(binder, &given, &y, &format!("correction_{name}"), -1.0)
+            Metric::new(binder, kinematics, &inertias, &elimination.null_space);
+        let across = |binder: &mut Binder, given: &[Expr], name: &str| {
+            let y = factor.solve(binder, transposed(&products, given), &format!("along_{name}"));
+            elimination.combined(binder, given, &y, &format!("correction_{name}"), -1.0)
         };
-        let positions = correct(&closure.row_residual, "q");
-        let speeds = correct(&closure.row_velocity, "u");
+        let closing = elimination.solve(binder, &closure.row_residual, "closing_q");
+        let positions = across(binder, &closing, "q");
+        let opened = elimination.opened(binder, reduction);
+        let speeds = across(binder, &opened, "u");
         let projection_margin = margin(factor.least_inverse_pivot(binder));
         Self { accelerations, margin: of_accelerations, positions, speeds, projection_margin }
     }
 
-    fn with_free_bodies(binder: &mut Binder, phases: &Phases, elimination: &Elimination) -> Self {
-        let Phases { frames, kinematics, inertias: shared, loads, closure } = phases;
+    fn with_free_bodies(
+        binder: &mut Binder,
+        phases: &Phases,
+        reduction: &Reduction,
+        elimination: &Elimination,
+    ) -> Self {
+        let Phases { frames, kinematics, loads, closure, .. } = phases;
         let table = &elimination.null_space;
         let inertias = Inertias::of_whole_bodies(binder, frames);
         let inertia = FreeInertia::new(binder, kinematics, &inertias, table);
@@ -133,25 +143,24 @@ impl IndependentSpeeds {
             accelerations.splice(first..first + SPEEDS, linear.into_iter().chain(alpha));
         }
         let trust = trust(binder, elimination);
-        let margin = |least: Expr| [least].into_iter().chain(trust.clone()).collect();
-        let of_accelerations = margin(inertia.factor.least_inverse_pivot(binder));
-        let inertia = FreeInertia::new(binder, kinematics, shared, table);
-        let mut correct = |wanted: &[Expr], name: &str| {
-            let given = elimination.solve(binder, wanted, &format!("closing_{name}"));
+        let least = inertia.factor.least_inverse_pivot(binder);
+        let margin: Vec<Expr> = [least].into_iter().chain(trust).collect();
+        let across = |binder: &mut Binder, given: &[Expr], name: &str| {
             let none = vec![Expr::zero(); table.first().map_or(0, Vec::len)];
             let along = format!("along_{name}");
-            let solution = inertia.solve(binder, &given, none, |_| Wrench::zero(), &along);
+            let solution = inertia.solve(binder, given, none, |_| Wrench::zero(), &along);
             let name = format!("correction_{name}");
-            let mut correction = elimination.combined(binder, &given, &solution.joints, &name, 1.0);
+            let mut correction = elimination.combined(binder, given, &solution.joints, &name, 1.0);
             for (first, [linear, alpha]) in inertia.accelerations(&solution, |_, _| zero()) {
                 correction.splice(first..first + SPEEDS, linear.into_iter().chain(alpha));
             }
             correction
         };
-        let positions = correct(&closure.row_residual, "q");
-        let speeds = correct(&closure.row_velocity, "u");
-        let projection_margin = margin(inertia.factor.least_inverse_pivot(binder));
-        Self { accelerations, margin: of_accelerations, positions, speeds, projection_margin }
+        let closing = elimination.solve(binder, &closure.row_residual, "closing_q");
+        let positions = across(binder, &closing, "q");
+        let opened = elimination.opened(binder, reduction);
+        let speeds = across(binder, &opened, "u");
+        Self { accelerations, projection_margin: margin.clone(), margin, positions, speeds }
     }
 }
 

@@ -73,7 +73,8 @@ impl Parts {
             closure: entries(binder, closure, &places, sparsity),
             momenta: momenta(binder, kinematics, &whole, &order),
             forces,
-            // The metric of a projection is that of M, also where the loops are open.
+            // The metric of a projection is that of M: next to a singular state rows may be left out, and a joint that leads to a
+            // copy of a cut body alone has no inertia if whole bodies are elsewhere.
             projection_momenta: momenta(binder, kinematics, shared, &order),
             pattern: pattern(&places, &order, reduction, sparsity),
         }
