@@ -41,8 +41,8 @@ const SHARE_OF_STEP: f64 = 1e-3;
 /// Joints for each freedom from which derivatives are taken along the closure, where the runtime eliminates it: so few columns cost less
 /// than a dense matrix. Of Yoshimura's pattern, 6 x 6 pairs of triangles have 4.6, 8 x 8 have 6.1.
 const JOINTS_OF_FREEDOM: usize = 5;
-/// The same where straight-line code projects, in the metric of whole bodies, of which dense derivatives know nothing: as few as a dense
-/// matrix has the room for.
+/// The same where straight-line code projects: in the metric of whole bodies, while dense derivatives have that of M. With fewer, a dense
+/// matrix would not have the room.
 const JOINTS_OF_FREEDOM_IN_CODE: usize = 3;
 
 /// Where the acceleration of a stage is taken.
